@@ -1,0 +1,63 @@
+//! Feedrate: time-dependent phases and the motion `s(t)` along a length.
+//!
+//! A [`Phase`] takes the feed from rest to the commanded feed; [`Motion`] strings acceleration, cruise and the mirrored
+//! deceleration together along a path of a given length. Feedrate `V` in mm/s, phase length `T` in s, `τ = t/T ∈ [0, 1]`.
+//!
+//! | profile | acceleration | source |
+//! |---|---|---|
+//! | [`Profile::Linear`], [`Profile::Cubic`], [`Profile::Quintic`] | Bernstein feed of degree 1, 3, 5 | Jahanpour et al., section 4 |
+//! | [`Profile::Exponential`] | the quintic with end accelerations that depend on τ | the same, section 5 |
+//! | [`Profile::JerkLimited`] | constant jerk, constant acceleration, constant jerk (seven phases in all) | textbook |
+
+mod bernstein;
+mod exponential;
+mod jerk_limited;
+mod motion;
+mod n_c;
+mod phase;
+
+pub use bernstein::{BernsteinPhase, FeedState};
+pub use exponential::{ExponentialPhase, N_C_RANGE};
+pub use jerk_limited::JerkLimitedPhase;
+pub use motion::{Motion, Profile};
+pub use n_c::{N_C_SEARCH_RANGE, optimize_n_c};
+pub use phase::{MotionPeaks, MotionSample, Phase};
+
+/// Why a motion could not be planned.
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
+#[non_exhaustive]
+pub enum FeedrateError {
+    /// A value is out of its range.
+    #[error("{name} = {value} is out of range: it must be {needed}")]
+    OutOfRange {
+        /// The value's name, with its unit.
+        name: &'static str,
+        /// The value.
+        value: f64,
+        /// What it has to be.
+        needed: &'static str,
+    },
+    /// The exponential modification is too strong for the feed: the tool would swing past the feed or move back.
+    #[error(
+        "n_c = {n_c} is too strong for a feed of {feed_mm_s} mm/s reached in {phase_s} s: the acceleration changes sign (it reaches {accel_mm_s2:.1} mm/s² while speeding up)"
+    )]
+    NotMonotone {
+        /// Exponent.
+        n_c: f64,
+        /// Commanded feed \[mm/s\].
+        feed_mm_s: f64,
+        /// Phase length \[s\].
+        phase_s: f64,
+        /// The most negative acceleration of the acceleration phase \[mm/s²\].
+        accel_mm_s2: f64,
+    },
+}
+
+/// `value` if it is positive, finite and at most `1e9`.
+fn positive(name: &'static str, value: f64) -> Result<f64, FeedrateError> {
+    if value > 0.0 && value <= 1e9 {
+        Ok(value)
+    } else {
+        Err(FeedrateError::OutOfRange { name, value, needed: "a positive finite number, at most 1e9" })
+    }
+}

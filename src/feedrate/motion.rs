@@ -1,0 +1,164 @@
+//! Motion along a path of a given length: accelerate, cruise, decelerate.
+
+use super::phase::{MotionPeaks, MotionSample, Phase};
+use super::{BernsteinPhase, ExponentialPhase, FeedState, FeedrateError, JerkLimitedPhase, positive};
+
+/// How the feed is reached and left.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Profile {
+    /// Degree 1: constant acceleration (a trapezoidal feed); the jerk is infinite at the ends of the phase.
+    Linear {
+        /// Phase length `T` \[s\].
+        phase_s: f64,
+    },
+    /// Degree 3: acceleration continuous, jerk not.
+    Cubic {
+        /// Phase length `T` \[s\].
+        phase_s: f64,
+    },
+    /// Degree 5: the S-curve with continuous jerk.
+    Quintic {
+        /// Phase length `T` \[s\].
+        phase_s: f64,
+    },
+    /// Degree 5 with the exponential modification.
+    Exponential {
+        /// Phase length `T` \[s\].
+        phase_s: f64,
+        /// Exponent `n_c`, 1 to 20.
+        n_c: f64,
+    },
+    /// Seven phases with bounded acceleration and jerk.
+    JerkLimited {
+        /// Acceleration limit \[mm/s²\].
+        accel_mm_s2: f64,
+        /// Jerk limit \[mm/s³\].
+        jerk_mm_s3: f64,
+    },
+}
+
+/// Motion `s(t)` from rest to rest along a length: acceleration, cruise at the feed, mirrored deceleration.
+///
+/// Where the path is too short to reach the feed the peak feed falls: the phases keep their shape (and, but for the
+/// jerk-limited ones, their length), so that acceleration and jerk fall with it, and the motion still ends at rest
+/// exactly at the end.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Motion {
+    accelerate: Phase,
+    phase_s: f64,
+    phase_mm: f64,
+    cruise_s: f64,
+    feed_mm_s: f64,
+    length_mm: f64,
+    total_s: f64,
+}
+
+impl Motion {
+    /// Plans a motion along `length_mm` at `feed_mm_s`.
+    ///
+    /// # Errors
+    /// A value that is not positive and finite, `n_c` out of range, or a modification so strong that the acceleration
+    /// changes its sign ([`FeedrateError::NotMonotone`]).
+    pub fn plan(length_mm: f64, feed_mm_s: f64, profile: Profile) -> Result<Self, FeedrateError> {
+        let length = positive("length_mm", length_mm)?;
+        let wanted = positive("feed_mm_s", feed_mm_s)?;
+        // Both phases together cover V T: the path is long enough from L = V T on.
+        let reachable = |phase_s: f64| Ok(wanted.min(length / positive("phase_s", phase_s)?));
+        let steady = FeedState::steady;
+        let accelerate = match profile {
+            Profile::Linear { phase_s } => Phase::Bernstein(BernsteinPhase::linear(0.0, reachable(phase_s)?, phase_s)?),
+            Profile::Cubic { phase_s } => {
+                Phase::Bernstein(BernsteinPhase::cubic(steady(0.0), steady(reachable(phase_s)?), phase_s)?)
+            }
+            Profile::Quintic { phase_s } => {
+                Phase::Bernstein(BernsteinPhase::quintic(steady(0.0), steady(reachable(phase_s)?), phase_s)?)
+            }
+            Profile::Exponential { phase_s, n_c } => {
+                let share = reachable(phase_s)? / wanted;
+                Phase::Exponential(ExponentialPhase::scaled(wanted, phase_s, n_c, share)?)
+            }
+            Profile::JerkLimited { accel_mm_s2, jerk_mm_s3 } => {
+                let accel = positive("accel_mm_s2", accel_mm_s2)?;
+                let jerk = positive("jerk_mm_s3", jerk_mm_s3)?;
+                let feed = JerkLimitedPhase::highest_feed_mm_s(length, wanted, accel, jerk);
+                Phase::JerkLimited(JerkLimitedPhase::new(feed, accel, jerk)?)
+            }
+        };
+        if let Profile::Exponential { phase_s, n_c } = profile {
+            let accel_mm_s2 = accelerate.lowest_accel_mm_s2();
+            // The modification leaves a trace of negative acceleration at the ends: jerk -2 n_c/T there, from A = 1 mm/s².
+            if accel_mm_s2 < -1e-3 * wanted / phase_s - 2.0 {
+                return Err(FeedrateError::NotMonotone { n_c, feed_mm_s, phase_s, accel_mm_s2 });
+            }
+        }
+        let feed = accelerate.at(accelerate.duration_s()).feed_mm_s;
+        let phase_s = accelerate.duration_s();
+        let phase_mm = accelerate.distance_mm();
+        let cruise_s = ((length - 2.0 * phase_mm) / feed).max(0.0);
+        Ok(Self {
+            accelerate,
+            phase_s,
+            phase_mm,
+            cruise_s,
+            feed_mm_s: feed,
+            length_mm: length,
+            total_s: 2.0 * phase_s + cruise_s,
+        })
+    }
+
+    /// Whole time from rest to rest \[s\].
+    pub fn total_s(&self) -> f64 {
+        self.total_s
+    }
+
+    /// Length of the path \[mm\].
+    pub fn length_mm(&self) -> f64 {
+        self.length_mm
+    }
+
+    /// The feed that is reached \[mm/s\]: the commanded one, or less where the path is short.
+    pub fn feed_mm_s(&self) -> f64 {
+        self.feed_mm_s
+    }
+
+    /// Length of the acceleration phase \[s\], the same as that of the deceleration.
+    pub fn phase_s(&self) -> f64 {
+        self.phase_s
+    }
+
+    /// Length of the cruise \[s\].
+    pub fn cruise_s(&self) -> f64 {
+        self.cruise_s
+    }
+
+    /// The acceleration phase; the deceleration is its mirror image.
+    pub fn acceleration_phase(&self) -> &Phase {
+        &self.accelerate
+    }
+
+    /// Largest feed, acceleration and jerk of the motion.
+    pub fn peaks(&self) -> MotionPeaks {
+        self.accelerate.peaks()
+    }
+
+    /// Motion at `t_s`; at rest on the start before 0 and on the end after [`Motion::total_s`].
+    #[inline]
+    pub fn at(&self, t_s: f64) -> MotionSample {
+        if t_s >= self.total_s {
+            return MotionSample { s_mm: self.length_mm, ..MotionSample::default() };
+        }
+        let after = t_s - self.phase_s;
+        if after < 0.0 {
+            return if t_s < 0.0 { MotionSample::default() } else { self.accelerate.at(t_s) };
+        }
+        if after <= self.cruise_s {
+            return MotionSample {
+                s_mm: self.phase_mm + self.feed_mm_s * after,
+                feed_mm_s: self.feed_mm_s,
+                ..MotionSample::default()
+            };
+        }
+        let mirrored = self.accelerate.at(self.total_s - t_s);
+        MotionSample { s_mm: self.length_mm - mirrored.s_mm, accel_mm_s2: -mirrored.accel_mm_s2, ..mirrored }
+    }
+}

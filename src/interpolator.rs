@@ -1,0 +1,107 @@
+//! Interpolator: one setpoint a control period, exact to rounding.
+//!
+//! At `t_k = k Δt` the motion gives the arc length `s(t_k)`, the path gives the point there by Newton's iteration from the
+//! previous parameter, `ξ ← ξ - (s(ξ) - s(t_k)) / σ(ξ)`. No table and no drift: the feedrate error is rounding only.
+//! Source: Jahanpour, Dolatabadi, Vahedian Azimi, equation 16.
+
+use nalgebra::SVector;
+
+use crate::feedrate::Motion;
+use crate::path::{Cursor, Path};
+
+/// The commanded state of the tool at one sample.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Setpoint<const D: usize> {
+    /// Time `t_k = k Δt` \[s\].
+    pub time_s: f64,
+    /// Arc length along the path \[mm\].
+    pub s_mm: f64,
+    /// Feedrate `v` along the path \[mm/s\].
+    pub feed_mm_s: f64,
+    /// Acceleration `a = dv/dt` along the path \[mm/s²\].
+    pub accel_mm_s2: f64,
+    /// Jerk `j = da/dt` along the path \[mm/s³\].
+    pub jerk_mm_s3: f64,
+    /// Position \[mm\].
+    pub position_mm: SVector<f64, D>,
+    /// Velocity `v t` \[mm/s\].
+    pub velocity_mm_s: SVector<f64, D>,
+    /// Acceleration `a t + v² k` \[mm/s²\].
+    pub acceleration_mm_s2: SVector<f64, D>,
+    /// Jerk `j t + 3 v a k + v³ k'` \[mm/s³\].
+    pub jerk_vector_mm_s3: SVector<f64, D>,
+}
+
+/// A stream of setpoints along a path. Memory does not grow with the path.
+///
+/// The stream ends with the first setpoint at or after the end of the motion: at rest on the end of the path.
+#[derive(Clone)]
+pub struct Interpolator<'a, const D: usize> {
+    path: &'a dyn Path<D>,
+    motion: Motion,
+    period_s: f64,
+    next: u64,
+    end: u64,
+    cursor: Cursor,
+}
+
+impl<'a, const D: usize> Interpolator<'a, D> {
+    /// Setpoints every `period_s` (positive, finite) along `path` with `motion`.
+    pub fn new(path: &'a dyn Path<D>, motion: &Motion, period_s: f64) -> Self {
+        let end = periods(motion.total_s(), period_s);
+        Self { path, motion: *motion, period_s, next: 0, end, cursor: Cursor::default() }
+    }
+
+    /// Number of the last setpoint: the stream holds one more than this.
+    pub fn last_sample(&self) -> u64 {
+        self.end
+    }
+
+    /// The setpoint at sample `k`; the motion rests on the path's end after its last one. Cheap when `k` follows on the
+    /// sample asked for before.
+    #[inline]
+    pub fn setpoint(&mut self, k: u64) -> Setpoint<D> {
+        let time_s = k as f64 * self.period_s;
+        let m = self.motion.at(time_s);
+        let frame = self.path.frame(m.s_mm, &mut self.cursor);
+        let (v, a) = (m.feed_mm_s, m.accel_mm_s2);
+        Setpoint {
+            time_s,
+            s_mm: m.s_mm,
+            feed_mm_s: v,
+            accel_mm_s2: a,
+            jerk_mm_s3: m.jerk_mm_s3,
+            position_mm: frame.point_mm,
+            velocity_mm_s: frame.tangent * v,
+            acceleration_mm_s2: frame.tangent * a + frame.curvature_1_mm * (v * v),
+            jerk_vector_mm_s3: frame.tangent * m.jerk_mm_s3
+                + frame.curvature_1_mm * (3.0 * v * a)
+                + frame.curvature_rate_1_mm2 * (v * v * v),
+        }
+    }
+}
+
+impl<const D: usize> Iterator for Interpolator<'_, D> {
+    type Item = Setpoint<D>;
+
+    fn next(&mut self) -> Option<Setpoint<D>> {
+        if self.next > self.end {
+            return None;
+        }
+        let setpoint = self.setpoint(self.next);
+        self.next += 1;
+        Some(setpoint)
+    }
+
+    fn size_hint(&self) -> (usize, Option<usize>) {
+        let left = usize::try_from((self.end + 1).saturating_sub(self.next)).ok();
+        (left.unwrap_or(usize::MAX), left)
+    }
+}
+
+/// The fewest periods that cover `time_s`; a remainder of rounding size is none.
+#[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss)] // a float cast saturates
+pub(crate) fn periods(time_s: f64, period_s: f64) -> u64 {
+    let exact = time_s / period_s;
+    (exact - 1e-9 * exact.max(1.0)).ceil().max(0.0) as u64
+}

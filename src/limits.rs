@@ -1,0 +1,238 @@
+//! What a run is held to, and what happens on the way that a person should hear of.
+
+use std::fmt;
+
+use serde::{Deserialize, Serialize};
+
+use crate::servo::{Lockup, LockupWatch, LoopSettings};
+use crate::simulation::Period;
+
+/// Names of the axes, in the order of the path's coordinates.
+pub const AXIS_NAMES: [&str; 3] = ["x", "y", "z"];
+
+/// Limits that a run is held to; a missing one is not checked.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct Limits {
+    /// Largest contouring error, either side \[µm\].
+    pub contour_error_um: Option<f64>,
+    /// Largest tracking error \[µm\].
+    pub tracking_error_um: Option<f64>,
+    /// Largest voltage of any axis, either sign \[V\].
+    pub voltage_v: Option<f64>,
+    /// Largest acceleration along the path \[mm/s²\].
+    pub accel_mm_s2: Option<f64>,
+    /// Largest jerk along the path \[mm/s³\].
+    pub jerk_mm_s3: Option<f64>,
+}
+
+/// One limit held against what a run reached.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct LimitCheck {
+    /// Key of the limit, with its unit.
+    pub name: String,
+    /// The largest value that the run reached; null in JSON where it is infinite.
+    #[serde(serialize_with = "crate::summary::finite_or_null", deserialize_with = "crate::summary::null_is_infinite")]
+    pub value: f64,
+    /// The limit.
+    pub limit: f64,
+    /// Whether `value ≤ limit`.
+    pub kept: bool,
+}
+
+/// Peaks that limits are held against.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct Peaks {
+    /// See [`Limits::contour_error_um`].
+    pub contour_error_um: f64,
+    /// See [`Limits::tracking_error_um`].
+    pub tracking_error_um: f64,
+    /// See [`Limits::voltage_v`].
+    pub voltage_v: f64,
+    /// See [`Limits::accel_mm_s2`].
+    pub accel_mm_s2: f64,
+    /// See [`Limits::jerk_mm_s3`].
+    pub jerk_mm_s3: f64,
+}
+
+impl Limits {
+    /// Holds every limit that is set against `peaks`.
+    pub fn check(&self, peaks: &Peaks) -> Vec<LimitCheck> {
+        [
+            ("contour_error_um", peaks.contour_error_um, self.contour_error_um),
+            ("tracking_error_um", peaks.tracking_error_um, self.tracking_error_um),
+            ("voltage_v", peaks.voltage_v, self.voltage_v),
+            ("accel_mm_s2", peaks.accel_mm_s2, self.accel_mm_s2),
+            ("jerk_mm_s3", peaks.jerk_mm_s3, self.jerk_mm_s3),
+        ]
+        .into_iter()
+        .filter_map(|(name, value, limit)| {
+            let limit = limit?;
+            Some(LimitCheck { name: name.to_owned(), value, limit, kept: value <= limit })
+        })
+        .collect()
+    }
+}
+
+/// How much an event matters.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+pub enum Severity {
+    /// Worth knowing.
+    Info,
+    /// Worth a look.
+    Warning,
+    /// The run is not what was asked for.
+    Error,
+}
+
+/// Something that happened during a run.
+#[derive(Debug, Clone, PartialEq)]
+#[non_exhaustive]
+pub enum Event {
+    /// An axis' voltage reached its limit.
+    SaturationBegan {
+        /// Axis, from 0.
+        axis: usize,
+        /// When \[s\].
+        time_s: f64,
+    },
+    /// It came back.
+    SaturationEnded {
+        /// Axis, from 0.
+        axis: usize,
+        /// When \[s\].
+        time_s: f64,
+        /// For how long it had been saturated \[s\].
+        lasted_s: f64,
+    },
+    /// A limit was passed for the first time.
+    LimitPassed {
+        /// Key of the limit, with its unit.
+        name: &'static str,
+        /// The value that passed it.
+        value: f64,
+        /// The limit.
+        limit: f64,
+        /// When \[s\].
+        time_s: f64,
+    },
+    /// An axis saturated and does not recover.
+    LockedUp {
+        /// Axis, from 0.
+        axis: usize,
+        /// What was found.
+        lockup: Lockup,
+    },
+    /// The user stopped the run.
+    Interrupted {
+        /// After this sample \[s\].
+        time_s: f64,
+    },
+}
+
+impl Event {
+    /// When it happened \[s\].
+    pub fn time_s(&self) -> f64 {
+        match self {
+            Self::SaturationBegan { time_s, .. }
+            | Self::SaturationEnded { time_s, .. }
+            | Self::LimitPassed { time_s, .. }
+            | Self::Interrupted { time_s } => *time_s,
+            Self::LockedUp { lockup, .. } => lockup.time_s,
+        }
+    }
+
+    /// How much it matters.
+    pub fn severity(&self) -> Severity {
+        match self {
+            Self::SaturationEnded { .. } => Severity::Info,
+            Self::SaturationBegan { .. } | Self::LimitPassed { .. } | Self::Interrupted { .. } => Severity::Warning,
+            Self::LockedUp { .. } => Severity::Error,
+        }
+    }
+}
+
+impl fmt::Display for Event {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let name = |axis: usize| AXIS_NAMES.get(axis).copied().unwrap_or("?");
+        match self {
+            Self::SaturationBegan { axis, .. } => write!(f, "axis {}: saturation began", name(*axis)),
+            Self::SaturationEnded { axis, lasted_s, .. } => {
+                write!(f, "axis {}: saturation ended after {:.1} ms", name(*axis), 1e3 * lasted_s)
+            }
+            Self::LimitPassed { name, value, limit, .. } => write!(f, "limit {name} = {limit} passed: {value:.4}"),
+            Self::LockedUp { axis, lockup } => write!(
+                f,
+                "axis {} locked up: saturated since {:.3} s and not recovering ({})",
+                name(*axis),
+                lockup.since_s,
+                lockup.kind
+            ),
+            Self::Interrupted { .. } => f.write_str("interrupted by the user"),
+        }
+    }
+}
+
+/// Turns periods into events.
+#[derive(Debug)]
+pub(crate) struct Monitor<const A: usize> {
+    limits: Limits,
+    saturated_since: [Option<f64>; A],
+    lockups: [LockupWatch; A],
+    passed: [bool; 5],
+}
+
+impl<const A: usize> Monitor<A> {
+    pub(crate) fn new(limits: &Limits, settings: &LoopSettings) -> Self {
+        Self {
+            limits: *limits,
+            saturated_since: [None; A],
+            lockups: std::array::from_fn(|_| LockupWatch::new(settings.period_s)),
+            passed: [false; 5],
+        }
+    }
+
+    /// Tells `emit` every event of this period.
+    pub(crate) fn watch<E>(
+        &mut self,
+        period: &Period<A>,
+        emit: &mut dyn FnMut(&Event) -> Result<(), E>,
+    ) -> Result<(), E> {
+        let time_s = period.time_s;
+        let mut voltage = 0.0_f64;
+        for (axis, signals) in period.axes.iter().enumerate() {
+            voltage = voltage.max(signals.voltage_v.abs());
+            match (signals.saturated, self.saturated_since[axis]) {
+                (true, None) => {
+                    self.saturated_since[axis] = Some(time_s);
+                    emit(&Event::SaturationBegan { axis, time_s })?;
+                }
+                (false, Some(since)) => {
+                    self.saturated_since[axis] = None;
+                    emit(&Event::SaturationEnded { axis, time_s, lasted_s: time_s - since })?;
+                }
+                _ => {}
+            }
+            let error = signals.command_mm - signals.actual_mm;
+            if let Some(lockup) = self.lockups[axis].watch(period.k, signals.voltage_v, signals.saturated, error) {
+                emit(&Event::LockedUp { axis, lockup })?;
+            }
+        }
+        let values = [
+            ("contour_error_um", period.contour_error_um.abs(), self.limits.contour_error_um),
+            ("tracking_error_um", period.tracking_error_um, self.limits.tracking_error_um),
+            ("voltage_v", voltage, self.limits.voltage_v),
+            ("accel_mm_s2", period.setpoint.accel_mm_s2.abs(), self.limits.accel_mm_s2),
+            ("jerk_mm_s3", period.setpoint.jerk_mm_s3.abs(), self.limits.jerk_mm_s3),
+        ];
+        for ((name, value, limit), passed) in values.into_iter().zip(&mut self.passed) {
+            if let Some(limit) = limit
+                && value > limit
+                && !*passed
+            {
+                *passed = true;
+                emit(&Event::LimitPassed { name, value, limit, time_s })?;
+            }
+        }
+        Ok(())
+    }
+}

@@ -1,0 +1,28 @@
+//! The servo: one axis is a first-order plant under a PDFF controller, sampled once a control period.
+//!
+//! Per axis, at sample `k` (period `Δt`), in this order:
+//!
+//! ```text
+//! ẋ_com = (x_com[k] - x_com[k-1]) / Δt                     0 at k = 0
+//! ω_com = kpp (x_com - x_act) + kpf ẋ_com                  rad/s
+//! T     = kpv (kvf ω_com - ω + kiv I)                      N m
+//! u     = clamp(k_T T, ±u_max)                             V
+//! I    += Δt (ω_com - ω)     unless u is clamped and this would push it further
+//! plant: ω(s)/u(s) = K/(1 + τ s),  θ = ∫ω,  x_act = r_g θ
+//! ```
+//!
+//! Source: Jahanpour, Dolatabadi, Vahedian Azimi, "Jerk limited machining using C2 Pythagorean-hodograph quintic spline
+//! curves", section 6-2 and table 2; the velocity loop is Ellis' pseudo-derivative feedback with feedforward.
+//!
+//! [`AxisLoop`] is generic over [`Lane`]: `f64` for one run, [`Lanes`] for a batch of gain sets. It is one piece of code, so
+//! that a batch cannot disagree with a run.
+
+mod axis;
+mod lane;
+mod lockup;
+mod parameters;
+
+pub use axis::{AxisLoop, AxisSignals};
+pub use lane::{Lane, LaneMask, Lanes};
+pub use lockup::{Lockup, LockupKind, LockupWatch};
+pub use parameters::{AxisParameters, Derivative, Drive, LoopSettings, Pdff, Plant, ServoError};

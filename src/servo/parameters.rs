@@ -1,0 +1,155 @@
+//! What an axis is made of: plant, drive, controller gains, and how the loop samples them.
+
+/// First-order velocity plant `ω(s)/u(s) = K/(1 + τ s)` of a motor with its ballscrew axis.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Plant {
+    /// Gain `K` \[rad/s/V\], positive.
+    pub gain_rad_s_v: f64,
+    /// Time constant `τ` \[s\], positive.
+    pub time_constant_s: f64,
+}
+
+impl Plant {
+    /// The plant of an axis given by its mechanics: `J ω' + B ω = T` with `J = J_m + m r_g²` and `T = u / k_T`, so that
+    /// `K = 1/(k_T B)` and `τ = J/B`.
+    ///
+    /// - `mass_kg`: moved mass `m`; `inertia_kg_m2`: rotating inertia `J_m`; `viscous_nm_s_rad`: friction `B`
+    /// - `drive`: transmission `r_g` and torque-to-voltage factor `k_T`
+    pub fn from_mechanics(mass_kg: f64, inertia_kg_m2: f64, viscous_nm_s_rad: f64, drive: &Drive) -> Self {
+        let transmission_m_rad = drive.transmission_mm_rad / 1000.0;
+        let inertia = inertia_kg_m2 + mass_kg * transmission_m_rad * transmission_m_rad;
+        Self {
+            gain_rad_s_v: 1.0 / (drive.torque_to_voltage_v_nm * viscous_nm_s_rad),
+            time_constant_s: inertia / viscous_nm_s_rad,
+        }
+    }
+}
+
+/// What lies between the controller's torque and the table: amplifier and ballscrew.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Drive {
+    /// Travel per motor angle `r_g` \[mm/rad\], positive.
+    pub transmission_mm_rad: f64,
+    /// Torque-to-voltage factor `k_T` \[V/(N m)\], positive.
+    pub torque_to_voltage_v_nm: f64,
+    /// The amplifier gives at most ± this voltage \[V\], positive.
+    pub voltage_limit_v: f64,
+}
+
+impl Default for Drive {
+    /// The drive of the paper: 1.59 mm/rad, 1/0.716 V/(N m), ±5 V.
+    fn default() -> Self {
+        Self { transmission_mm_rad: 1.59, torque_to_voltage_v_nm: 1.0 / 0.716, voltage_limit_v: 5.0 }
+    }
+}
+
+/// Gains of the PDFF controller, none negative.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Pdff {
+    /// Position gain \[rad/s/mm\].
+    pub kpp_rad_s_mm: f64,
+    /// Velocity gain \[N m s/rad\].
+    pub kpv_nm_s_rad: f64,
+    /// Velocity integral gain \[1/s\].
+    pub kiv_1_s: f64,
+    /// Velocity feedforward \[rad/mm\]; `1/r_g` is full feedforward.
+    pub kpf_rad_mm: f64,
+    /// Share of the velocity command that acts directly (1: PI, 0: pseudo-derivative feedback).
+    pub kvf: f64,
+}
+
+/// One axis: plant, drive and controller.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct AxisParameters {
+    /// Motor and mechanics.
+    pub plant: Plant,
+    /// Amplifier and ballscrew.
+    pub drive: Drive,
+    /// Controller gains.
+    pub pdff: Pdff,
+}
+
+/// Where the velocity feedforward takes the command's velocity from.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum Derivative {
+    /// Backward difference of the position command: what a drive that receives positions only can do.
+    #[default]
+    Backward,
+    /// The interpolator's own velocity at the sample.
+    Exact,
+}
+
+/// How the loop is sampled.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct LoopSettings {
+    /// Control period `Δt` \[s\], positive.
+    pub period_s: f64,
+    /// How long the run goes on after the last setpoint \[s\], not negative.
+    pub settling_s: f64,
+    /// Source of the velocity command.
+    pub derivative: Derivative,
+    /// Whether the voltage computed at a sample reaches the plant one sample later.
+    pub one_sample_delay: bool,
+}
+
+impl Default for LoopSettings {
+    /// 1 ms, 0.1 s of settling, backward difference, no delay.
+    fn default() -> Self {
+        Self { period_s: 1e-3, settling_s: 0.1, derivative: Derivative::Backward, one_sample_delay: false }
+    }
+}
+
+/// A parameter out of its range.
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
+#[error("{name} = {value} is out of range: it must be {needed}")]
+pub struct ServoError {
+    /// The parameter, with its unit.
+    pub name: &'static str,
+    /// Its value.
+    pub value: f64,
+    /// What it has to be.
+    pub needed: &'static str,
+}
+
+/// Largest magnitude of any parameter: beyond it the sums of the loop could overflow.
+const LARGEST: f64 = 1e9;
+
+fn positive(name: &'static str, value: f64) -> Result<(), ServoError> {
+    let needed = "a positive finite number, at most 1e9";
+    if value > 0.0 && value <= LARGEST { Ok(()) } else { Err(ServoError { name, value, needed }) }
+}
+
+fn not_negative(name: &'static str, value: f64) -> Result<(), ServoError> {
+    let needed = "zero or a positive finite number, at most 1e9";
+    if (0.0..=LARGEST).contains(&value) { Ok(()) } else { Err(ServoError { name, value, needed }) }
+}
+
+impl AxisParameters {
+    /// Every parameter finite and in its range.
+    ///
+    /// # Errors
+    /// Names the first one that is not.
+    pub fn check(&self) -> Result<(), ServoError> {
+        positive("gain_rad_s_v", self.plant.gain_rad_s_v)?;
+        positive("time_constant_s", self.plant.time_constant_s)?;
+        positive("transmission_mm_rad", self.drive.transmission_mm_rad)?;
+        positive("torque_to_voltage_v_nm", self.drive.torque_to_voltage_v_nm)?;
+        positive("voltage_limit_v", self.drive.voltage_limit_v)?;
+        not_negative("kpp", self.pdff.kpp_rad_s_mm)?;
+        not_negative("kpv", self.pdff.kpv_nm_s_rad)?;
+        not_negative("kiv", self.pdff.kiv_1_s)?;
+        not_negative("kpf", self.pdff.kpf_rad_mm)?;
+        not_negative("kvf", self.pdff.kvf)
+    }
+}
+
+impl LoopSettings {
+    /// Period positive, settling not negative, both finite.
+    ///
+    /// # Errors
+    /// Names the first one that is not.
+    pub fn check(&self) -> Result<(), ServoError> {
+        positive("period_s", self.period_s)?;
+        not_negative("settling_s", self.settling_s)
+    }
+}

@@ -1,0 +1,259 @@
+//! The simulation: setpoints through the axes, one control period after another, handed to observers.
+//!
+//! [`Simulation`] is a stream: an iterator of [`Period`]s that allocates nothing and keeps nothing. [`Simulation::run`]
+//! pulls it to its end, watches it ([`Event`]s) and hands every period to the [`Observer`]s: the recording, the summary,
+//! or one of your own.
+
+use std::error::Error;
+use std::sync::atomic::{AtomicBool, Ordering};
+
+use nalgebra::SVector;
+
+use crate::contour::ContourMeter;
+use crate::feedrate::Motion;
+use crate::interpolator::{Interpolator, Setpoint, periods};
+use crate::limits::{Event, Limits, Monitor};
+use crate::path::Path;
+use crate::servo::{AxisLoop, AxisParameters, AxisSignals, LoopSettings, ServoError};
+
+/// Most control periods that a run may have (28 hours at 1 ms).
+pub const MAX_PERIODS: u64 = 100_000_000;
+
+/// All signals of one control period.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Period<const A: usize> {
+    /// Number of the sample, from 0.
+    pub k: u64,
+    /// Time `k Δt` \[s\].
+    pub time_s: f64,
+    /// What was commanded.
+    pub setpoint: Setpoint<A>,
+    /// What each axis did.
+    pub axes: [AxisSignals; A],
+    /// Where the tool is \[mm\].
+    pub actual_mm: SVector<f64, A>,
+    /// The nearest point of the desired path \[mm\].
+    pub nearest_mm: SVector<f64, A>,
+    /// Its arc length \[mm\].
+    pub nearest_s_mm: f64,
+    /// Signed distance to it, positive to the left of the direction of travel \[µm\].
+    pub contour_error_um: f64,
+    /// Distance to the setpoint \[µm\].
+    pub tracking_error_um: f64,
+}
+
+/// What an observer is told before the first period.
+#[derive(Clone, Copy)]
+pub struct RunPlan<'a, const A: usize> {
+    /// The desired path.
+    pub path: &'a dyn Path<A>,
+    /// The motion along it.
+    pub motion: &'a Motion,
+    /// Sampling of the loop.
+    pub settings: &'a LoopSettings,
+    /// The axes' parameters.
+    pub axes: &'a [AxisParameters; A],
+    /// The limits that the run is held to.
+    pub limits: &'a Limits,
+    /// How many periods the run has.
+    pub samples: u64,
+}
+
+/// An observer's failure: any error.
+pub type ObserverError = Box<dyn Error + Send + Sync>;
+
+/// Sees a run as it happens.
+pub trait Observer<const A: usize> {
+    /// Once, before the first period.
+    ///
+    /// # Errors
+    /// Ends the run.
+    fn begin(&mut self, plan: &RunPlan<'_, A>) -> Result<(), ObserverError> {
+        let _ = plan;
+        Ok(())
+    }
+
+    /// Once a control period.
+    ///
+    /// # Errors
+    /// Ends the run.
+    fn period(&mut self, period: &Period<A>) -> Result<(), ObserverError>;
+
+    /// Whenever something worth a line in the log happens; after the period that shows it.
+    ///
+    /// # Errors
+    /// Ends the run.
+    fn event(&mut self, event: &Event) -> Result<(), ObserverError> {
+        let _ = event;
+        Ok(())
+    }
+}
+
+/// Every closure over periods is an observer.
+impl<const A: usize, F: FnMut(&Period<A>)> Observer<A> for F {
+    fn period(&mut self, period: &Period<A>) -> Result<(), ObserverError> {
+        self(period);
+        Ok(())
+    }
+}
+
+/// Why a simulation could not be set up or did not reach its end.
+#[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
+pub enum SimulationError {
+    /// A parameter of an axis or of the loop is out of range.
+    #[error(transparent)]
+    Parameter(#[from] ServoError),
+    /// The run would be too long.
+    #[error("the run would take {periods} control periods of {period_s} s; at most {MAX_PERIODS} are simulated")]
+    TooLong {
+        /// How many it would take.
+        periods: u64,
+        /// The control period.
+        period_s: f64,
+    },
+    /// A signal is no longer a number.
+    #[error("the loop diverged: a signal is no longer a finite number at t = {time_s} s")]
+    Diverged {
+        /// When.
+        time_s: f64,
+    },
+    /// An observer failed.
+    #[error("{0}")]
+    Observer(ObserverError),
+}
+
+/// How a run ended.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Ending {
+    /// After the last period.
+    Complete,
+    /// The stop flag was raised.
+    Interrupted,
+}
+
+/// A run as a stream of control periods.
+#[derive(Clone)]
+pub struct Simulation<'a, const A: usize> {
+    path: &'a dyn Path<A>,
+    motion: Motion,
+    parameters: [AxisParameters; A],
+    settings: LoopSettings,
+    interpolator: Interpolator<'a, A>,
+    axes: [AxisLoop; A],
+    contour: ContourMeter<'a, A>,
+    next: u64,
+    last: u64,
+}
+
+impl<'a, const A: usize> Simulation<'a, A> {
+    /// A run along `path` with `motion`, every axis at rest on the path's first point.
+    ///
+    /// # Errors
+    /// A parameter out of range, or more than [`MAX_PERIODS`] periods.
+    pub fn new(
+        path: &'a dyn Path<A>,
+        motion: &Motion,
+        parameters: [AxisParameters; A],
+        settings: LoopSettings,
+    ) -> Result<Self, SimulationError> {
+        settings.check()?;
+        for axis in &parameters {
+            axis.check()?;
+        }
+        let mut interpolator = Interpolator::new(path, motion, settings.period_s);
+        let last = interpolator.last_sample().saturating_add(periods(settings.settling_s, settings.period_s));
+        if last >= MAX_PERIODS {
+            return Err(SimulationError::TooLong { periods: last.saturating_add(1), period_s: settings.period_s });
+        }
+        let start = interpolator.setpoint(0).position_mm;
+        let axes = std::array::from_fn(|axis| AxisLoop::new(&parameters[axis], &settings, start[axis]));
+        let contour = ContourMeter::new(path);
+        Ok(Self { path, motion: *motion, parameters, settings, interpolator, axes, contour, next: 0, last })
+    }
+
+    /// How many periods the whole run has.
+    pub fn samples(&self) -> u64 {
+        self.last + 1
+    }
+
+    /// Pulls the run to its end through the observers.
+    ///
+    /// Events (saturation, limits passed, lock-up) are found on the way and told to the observers; they end nothing. When
+    /// `stop` is raised the run ends early, after a whole period.
+    ///
+    /// # Errors
+    /// An observer's error, or a loop that diverged; both end the run.
+    pub fn run(
+        self,
+        limits: &Limits,
+        stop: Option<&AtomicBool>,
+        observers: &mut [&mut dyn Observer<A>],
+    ) -> Result<Ending, SimulationError> {
+        let mut monitor = Monitor::new(limits, &self.settings);
+        let (motion, settings, axes) = (self.motion, self.settings, self.parameters);
+        let plan = RunPlan {
+            path: self.path,
+            motion: &motion,
+            settings: &settings,
+            axes: &axes,
+            limits,
+            samples: self.samples(),
+        };
+        for observer in observers.iter_mut() {
+            observer.begin(&plan).map_err(SimulationError::Observer)?;
+        }
+        for period in self {
+            if !(period.contour_error_um.is_finite() && period.tracking_error_um.is_finite()) {
+                return Err(SimulationError::Diverged { time_s: period.time_s });
+            }
+            for observer in observers.iter_mut() {
+                observer.period(&period).map_err(SimulationError::Observer)?;
+            }
+            monitor.watch(&period, &mut |event| {
+                observers.iter_mut().try_for_each(|o| o.event(event).map_err(SimulationError::Observer))
+            })?;
+            if stop.is_some_and(|stop| stop.load(Ordering::Relaxed)) {
+                let event = Event::Interrupted { time_s: period.time_s };
+                for observer in observers.iter_mut() {
+                    observer.event(&event).map_err(SimulationError::Observer)?;
+                }
+                return Ok(Ending::Interrupted);
+            }
+        }
+        Ok(Ending::Complete)
+    }
+}
+
+impl<const A: usize> Iterator for Simulation<'_, A> {
+    type Item = Period<A>;
+
+    fn next(&mut self) -> Option<Period<A>> {
+        if self.next > self.last {
+            return None;
+        }
+        let k = self.next;
+        self.next += 1;
+        let setpoint = self.interpolator.setpoint(k);
+        let axes: [AxisSignals; A] =
+            std::array::from_fn(|axis| self.axes[axis].step(setpoint.position_mm[axis], setpoint.velocity_mm_s[axis]));
+        let actual_mm = SVector::from_fn(|axis, _| axes[axis].actual_mm);
+        let error = self.contour.measure(&actual_mm, &setpoint.position_mm, setpoint.s_mm);
+        Some(Period {
+            k,
+            time_s: setpoint.time_s,
+            setpoint,
+            axes,
+            actual_mm,
+            nearest_mm: error.nearest_mm,
+            nearest_s_mm: error.s_mm,
+            contour_error_um: 1e3 * error.signed_mm,
+            tracking_error_um: 1e3 * (setpoint.position_mm - actual_mm).norm(),
+        })
+    }
+
+    fn size_hint(&self) -> (usize, Option<usize>) {
+        let left = usize::try_from((self.last + 1).saturating_sub(self.next)).ok();
+        (left.unwrap_or(usize::MAX), left)
+    }
+}

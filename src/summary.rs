@@ -1,0 +1,303 @@
+//! The figures of a run: what the table on standard output, `--format json` and the recording's attachment hold.
+
+use serde::{Deserialize, Deserializer, Serialize, Serializer};
+
+use crate::limits::{AXIS_NAMES, Event, LimitCheck, Limits, Peaks};
+use crate::optimize::Step;
+use crate::simulation::{Observer, ObserverError, Period, RunPlan};
+
+/// Figures of a run. Keys carry their units; full double precision.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct Summary {
+    /// Name of the scenario.
+    pub scenario: String,
+    /// Whether the run reached its end (false: interrupted).
+    pub complete: bool,
+    /// Length of the desired path.
+    pub path_length_mm: f64,
+    /// Motion from rest to rest.
+    pub motion_time_s: f64,
+    /// Control periods simulated.
+    pub samples: u64,
+    /// Control period.
+    pub period_s: f64,
+    /// Largest curvature of the desired path.
+    pub max_curvature_1_mm: f64,
+    /// Feed reached (lower than commanded on a short path).
+    pub feed_mm_s: f64,
+    /// Largest acceleration along the path.
+    pub peak_accel_mm_s2: f64,
+    /// Largest jerk along the path; null where it is infinite (a trapezoidal feed).
+    #[serde(serialize_with = "finite_or_null", deserialize_with = "null_is_infinite")]
+    pub peak_jerk_mm_s3: f64,
+    /// Exponent of the exponential profile, null for the others.
+    pub n_c: Option<f64>,
+    /// Largest contouring error, either side.
+    pub max_contour_error_um: f64,
+    /// When.
+    pub max_contour_error_at_s: f64,
+    /// Where along the path.
+    pub max_contour_error_at_mm: f64,
+    /// Root mean square of the contouring error over all samples.
+    pub rms_contour_error_um: f64,
+    /// Largest tracking error (distance to the setpoint).
+    pub max_tracking_error_um: f64,
+    /// Its root mean square.
+    pub rms_tracking_error_um: f64,
+    /// Largest voltage of any axis.
+    pub peak_voltage_v: f64,
+    /// Root mean square of the voltage over all axes and samples.
+    pub rms_voltage_v: f64,
+    /// Share of samples in which an axis is saturated.
+    pub saturated_share: f64,
+    /// Whether an axis locked up.
+    pub locked_up: bool,
+    /// In words: which axis, when, how. Null when none did.
+    pub lockup: Option<String>,
+    /// The same figures axis by axis.
+    pub axes: Vec<AxisSummary>,
+    /// Limits of the scenario, held against the run.
+    pub limits: Vec<LimitCheck>,
+    /// Name of the recording, null when there is none.
+    pub recording: Option<String>,
+    /// Pattern search for `n_c`, iteration by iteration; null when there was none.
+    pub n_c_search: Option<Vec<Step>>,
+}
+
+/// Figures of one axis.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct AxisSummary {
+    /// Name.
+    pub axis: String,
+    /// Largest tracking error of the axis.
+    pub max_tracking_error_um: f64,
+    /// Its root mean square.
+    pub rms_tracking_error_um: f64,
+    /// Largest voltage.
+    pub peak_voltage_v: f64,
+    /// Root mean square of the voltage.
+    pub rms_voltage_v: f64,
+    /// Share of samples in which the axis is saturated.
+    pub saturated_share: f64,
+}
+
+impl Summary {
+    /// Whether every limit is kept and no axis locked up.
+    pub fn passed(&self) -> bool {
+        !self.locked_up && self.limits.iter().all(|check| check.kept)
+    }
+}
+
+/// JSON knows no infinity: it is written as null.
+///
+/// # Errors
+/// Those of the serializer.
+#[allow(clippy::trivially_copy_pass_by_ref)] // serde's signature
+pub(crate) fn finite_or_null<S: Serializer>(value: &f64, serializer: S) -> Result<S::Ok, S::Error> {
+    if value.is_finite() { serializer.serialize_f64(*value) } else { serializer.serialize_none() }
+}
+
+/// The way back from [`finite_or_null`].
+pub(crate) fn null_is_infinite<'de, D: Deserializer<'de>>(deserializer: D) -> Result<f64, D::Error> {
+    Ok(Option::<f64>::deserialize(deserializer)?.unwrap_or(f64::INFINITY))
+}
+
+/// Sum of squares without loss on long runs (Neumaier).
+#[derive(Debug, Clone, Copy, Default)]
+struct SquareSum {
+    sum: f64,
+    rest: f64,
+}
+
+impl SquareSum {
+    fn add(&mut self, value: f64) {
+        let square = value * value;
+        let sum = self.sum + square;
+        self.rest += if self.sum >= square { (self.sum - sum) + square } else { (square - sum) + self.sum };
+        self.sum = sum;
+    }
+
+    fn rms(&self, count: f64) -> f64 {
+        if count > 0.0 { ((self.sum + self.rest) / count).sqrt() } else { 0.0 }
+    }
+}
+
+#[derive(Debug, Clone, Copy, Default)]
+struct AxisFigures {
+    max_tracking_mm: f64,
+    tracking: SquareSum,
+    peak_voltage: f64,
+    voltage: SquareSum,
+    saturated: u64,
+}
+
+/// The observer that gathers a [`Summary`]. Its memory does not grow with the run.
+#[derive(Debug, Clone)]
+pub struct SummaryObserver<const A: usize> {
+    name: String,
+    n_c: Option<f64>,
+    n_c_search: Option<Vec<Step>>,
+    recording: Option<String>,
+    limits: Limits,
+    planned: u64,
+    path_length_mm: f64,
+    max_curvature_1_mm: f64,
+    motion_time_s: f64,
+    feed_mm_s: f64,
+    peak_accel_mm_s2: f64,
+    peak_jerk_mm_s3: f64,
+    period_s: f64,
+    samples: u64,
+    max_contour: (f64, f64, f64),
+    contour: SquareSum,
+    max_tracking_um: f64,
+    tracking: SquareSum,
+    saturated: u64,
+    axes: [AxisFigures; A],
+    lockup: Option<String>,
+}
+
+impl<const A: usize> SummaryObserver<A> {
+    /// A summary of the run of the scenario with this name.
+    pub fn new(name: impl Into<String>) -> Self {
+        Self {
+            name: name.into(),
+            n_c: None,
+            n_c_search: None,
+            recording: None,
+            limits: Limits::default(),
+            planned: 0,
+            path_length_mm: 0.0,
+            max_curvature_1_mm: 0.0,
+            motion_time_s: 0.0,
+            feed_mm_s: 0.0,
+            peak_accel_mm_s2: 0.0,
+            peak_jerk_mm_s3: 0.0,
+            period_s: 0.0,
+            samples: 0,
+            max_contour: (0.0, 0.0, 0.0),
+            contour: SquareSum::default(),
+            max_tracking_um: 0.0,
+            tracking: SquareSum::default(),
+            saturated: 0,
+            axes: [AxisFigures::default(); A],
+            lockup: None,
+        }
+    }
+
+    /// Notes the exponent of the profile and how it was found.
+    #[must_use]
+    pub fn with_n_c(mut self, n_c: Option<f64>, search: Option<Vec<Step>>) -> Self {
+        (self.n_c, self.n_c_search) = (n_c, search);
+        self
+    }
+
+    /// Notes the name of the recording.
+    #[must_use]
+    pub fn with_recording(mut self, name: Option<String>) -> Self {
+        self.recording = name;
+        self
+    }
+
+    /// The figures so far.
+    pub fn summary(&self) -> Summary {
+        let count = self.samples as f64;
+        let share = |n: u64| if self.samples == 0 { 0.0 } else { n as f64 / count };
+        let peak_voltage_v = self.axes.iter().map(|a| a.peak_voltage).fold(0.0, f64::max);
+        let rms_voltage_v =
+            (self.axes.iter().map(|a| a.voltage.rms(count).powi(2)).sum::<f64>() / A.max(1) as f64).sqrt();
+        let (max_contour_error_um, max_contour_error_at_s, max_contour_error_at_mm) = self.max_contour;
+        Summary {
+            scenario: self.name.clone(),
+            complete: self.samples == self.planned,
+            path_length_mm: self.path_length_mm,
+            motion_time_s: self.motion_time_s,
+            samples: self.samples,
+            period_s: self.period_s,
+            max_curvature_1_mm: self.max_curvature_1_mm,
+            feed_mm_s: self.feed_mm_s,
+            peak_accel_mm_s2: self.peak_accel_mm_s2,
+            peak_jerk_mm_s3: self.peak_jerk_mm_s3,
+            n_c: self.n_c,
+            max_contour_error_um,
+            max_contour_error_at_s,
+            max_contour_error_at_mm,
+            rms_contour_error_um: self.contour.rms(count),
+            max_tracking_error_um: self.max_tracking_um,
+            rms_tracking_error_um: self.tracking.rms(count),
+            peak_voltage_v,
+            rms_voltage_v,
+            saturated_share: share(self.saturated),
+            locked_up: self.lockup.is_some(),
+            lockup: self.lockup.clone(),
+            axes: self
+                .axes
+                .iter()
+                .enumerate()
+                .map(|(i, axis)| AxisSummary {
+                    axis: AXIS_NAMES.get(i).copied().unwrap_or("?").to_owned(),
+                    max_tracking_error_um: 1e3 * axis.max_tracking_mm,
+                    rms_tracking_error_um: 1e3 * axis.tracking.rms(count),
+                    peak_voltage_v: axis.peak_voltage,
+                    rms_voltage_v: axis.voltage.rms(count),
+                    saturated_share: share(axis.saturated),
+                })
+                .collect(),
+            limits: self.limits.check(&Peaks {
+                contour_error_um: max_contour_error_um,
+                tracking_error_um: self.max_tracking_um,
+                voltage_v: peak_voltage_v,
+                accel_mm_s2: self.peak_accel_mm_s2,
+                jerk_mm_s3: self.peak_jerk_mm_s3,
+            }),
+            recording: self.recording.clone(),
+            n_c_search: self.n_c_search.clone(),
+        }
+    }
+}
+
+impl<const A: usize> Observer<A> for SummaryObserver<A> {
+    fn begin(&mut self, plan: &RunPlan<'_, A>) -> Result<(), ObserverError> {
+        let peaks = plan.motion.peaks();
+        self.limits = *plan.limits;
+        self.planned = plan.samples;
+        self.path_length_mm = plan.path.length_mm();
+        self.max_curvature_1_mm = plan.path.max_curvature_1_mm();
+        self.motion_time_s = plan.motion.total_s();
+        self.feed_mm_s = plan.motion.feed_mm_s();
+        self.peak_accel_mm_s2 = peaks.accel_mm_s2;
+        self.peak_jerk_mm_s3 = peaks.jerk_mm_s3;
+        self.period_s = plan.settings.period_s;
+        Ok(())
+    }
+
+    fn period(&mut self, period: &Period<A>) -> Result<(), ObserverError> {
+        self.samples += 1;
+        let contour = period.contour_error_um.abs();
+        if contour > self.max_contour.0 {
+            self.max_contour = (contour, period.time_s, period.nearest_s_mm);
+        }
+        self.contour.add(contour);
+        self.max_tracking_um = self.max_tracking_um.max(period.tracking_error_um);
+        self.tracking.add(period.tracking_error_um);
+        let mut any = false;
+        for (figures, signals) in self.axes.iter_mut().zip(&period.axes) {
+            let error = signals.command_mm - signals.actual_mm;
+            figures.max_tracking_mm = figures.max_tracking_mm.max(error.abs());
+            figures.tracking.add(error);
+            figures.peak_voltage = figures.peak_voltage.max(signals.voltage_v.abs());
+            figures.voltage.add(signals.voltage_v);
+            figures.saturated += u64::from(signals.saturated);
+            any |= signals.saturated;
+        }
+        self.saturated += u64::from(any);
+        Ok(())
+    }
+
+    fn event(&mut self, event: &Event) -> Result<(), ObserverError> {
+        if matches!(event, Event::LockedUp { .. }) && self.lockup.is_none() {
+            self.lockup = Some(event.to_string());
+        }
+        Ok(())
+    }
+}
