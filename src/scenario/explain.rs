@@ -1,0 +1,273 @@
+//! What the TOML and serde errors mean for a scenario, in words that help.
+
+use std::ops::Range;
+
+use serde_json::Value;
+use toml::de::{DeTable, DeValue};
+
+use super::diagnostics::{Diagnostic, brief, nearest};
+use super::file;
+
+/// Keys that hold a table; an array there would be read as one by position, which nobody means.
+const TABLES: [&str; 20] = [
+    "path", "ph_spline", "line", "circle", "feedrate", "profile", "linear", "cubic", "quintic", "exponential",
+    "jerk_limited", "control", "axes", "x", "y", "plant", "drive", "pdff", "limits", "mechanics",
+];
+
+/// The first syntax error of a text.
+pub(super) fn syntax(error: &toml::de::Error, text: &str) -> Diagnostic {
+    let span = error.span().unwrap_or(text.len()..text.len());
+    let mut message = error.message();
+    let mut help = "a scenario is TOML: `key = value` lines under [table] headers; `servosim new NAME` writes an example";
+    let rest = text.get(span.start..).unwrap_or_default();
+    if message.starts_with("string values must be quoted") {
+        if rest.trim_start_matches([' ', '\t']).starts_with(['\n', '\r', '#']) || rest.trim().is_empty() {
+            message = "the key has no value";
+            help = "write a value after the `=`, or remove the line";
+        } else {
+            message = "this is not a TOML value";
+            help = "numbers look like 0.001 or 1e-3 (decimal point, no unit), text is in \"quotes\", points are [x, y]";
+        }
+    } else if message.starts_with("duplicate key") {
+        help = "remove one of the two: a key or table may be given once";
+    } else if message.starts_with("key with no value") {
+        help = "write `key = value`; a table header is in [brackets]";
+    } else if message.contains("basic string") || message.contains("literal string") {
+        help = "a string starts and ends with a quote on the same line; control characters are written as \\u001b";
+    }
+    Diagnostic::new(format!("not valid TOML: {}", brief(message))).at(span).help(help)
+}
+
+/// An array where a table belongs.
+pub(super) fn array_for_table(table: &DeTable<'_>) -> Option<Diagnostic> {
+    for (key, value) in table {
+        let name = key.get_ref().as_ref();
+        match value.get_ref() {
+            DeValue::Array(_) if TABLES.contains(&name) => {
+                return Some(
+                    Diagnostic::new(format!("`{}` must be a table, not a list", brief(name)))
+                        .at(key.span())
+                        .help(format!("write a header in single brackets, like [{}]", brief(name))),
+                );
+            }
+            DeValue::Table(inner) => {
+                if let Some(problem) = array_for_table(inner) {
+                    return Some(problem);
+                }
+            }
+            _ => {}
+        }
+    }
+    None
+}
+
+/// A key or value that a scenario does not have.
+pub(super) fn structure(error: &toml::de::Error, text: &str) -> Diagnostic {
+    let span = error.span().unwrap_or(0..0);
+    let message = error.message();
+    let place = place_of(text, &span);
+    let within = || if place.is_empty() { "the scenario".to_owned() } else { format!("[{}]", place.join(".")) };
+
+    if let Some((name, expected)) = unknown(message, "unknown field `") {
+        return unknown_key(name, &expected, &within()).at(span);
+    }
+    if let Some((name, expected)) = unknown(message, "unknown variant `") {
+        let problem = Diagnostic::new(format!("there is no {} `{}`", kind_of_variant(&expected), brief(name)));
+        return suggest(problem, name, &expected).at(span).help(format!("known: {}", list(&expected)));
+    }
+    if let Some(name) = message.strip_prefix("missing field `").and_then(|rest| rest.strip_suffix('`')) {
+        let problem = Diagnostic::new(format!("`{name}` is missing in {}", within())).at(span);
+        return missing_key(problem, name, &place);
+    }
+    if message.starts_with("wanted exactly 1 element") {
+        let variants = variants_of(&place);
+        let how = if message.contains("more than") { "more than one of" } else { "none of" };
+        return Diagnostic::new(format!("{} holds {how} {}", within(), list(&variants)))
+            .at(span)
+            .help("give exactly one; remove the tables of the others");
+    }
+    if message.starts_with("invalid type: unit variant") || message == "wanted string or table" {
+        let variants = variants_of(&place);
+        let needed = match (place.last().map(String::as_str), variants.first()) {
+            (Some("derivative"), _) | (_, None) => "a string, such as \"backward\"".to_owned(),
+            (_, Some(first)) => format!("a table, such as [{}.{first}]", place.join(".")),
+        };
+        return Diagnostic::new(format!("wrong type: `{}` must be {needed}", place.join("."))).at(span);
+    }
+    wrong_type(message, place.last().map_or("", String::as_str)).at(span)
+}
+
+fn unknown_key(name: &str, expected: &[&str], within: &str) -> Diagnostic {
+    let problem = Diagnostic::new(format!("unknown key `{}` in {within}", brief(name))).label("not a key of this table");
+    let mut problem = suggest(problem, name, expected);
+    // A key that is known elsewhere is probably in the wrong table.
+    let elsewhere = homes_of(name);
+    if !elsewhere.is_empty() {
+        problem = problem.help(format!("`{name}` belongs into {}", elsewhere.join(" or ")));
+    }
+    if expected.is_empty() { problem } else { problem.help(format!("known here: {}", list(expected))) }
+}
+
+fn missing_key(problem: Diagnostic, name: &str, place: &[String]) -> Diagnostic {
+    let path = place.iter().map(String::as_str).chain([name]).collect::<Vec<_>>();
+    let described = describe(&path);
+    let is_table = described.as_ref().is_some_and(|(_, is_table)| *is_table);
+    let about = described.map_or(String::new(), |(text, _)| format!("  # {text}"));
+    let variants = variants_of(&path);
+    if let Some(first) = variants.first() {
+        problem.label("in here").help(format!("add a table such as [{}.{first}]{about}", path.join(".")))
+    } else if is_table {
+        problem.label("in here").help(format!("add a table [{}]{about}", path.join(".")))
+    } else {
+        problem.label("in this table").help(format!("add a line `{name} = …`{about}"))
+    }
+}
+
+/// serde's "invalid type: FOUND, expected NEEDED" in words.
+fn wrong_type(message: &str, key: &str) -> Diagnostic {
+    let key = if key.is_empty() { String::new() } else { format!("`{}` ", brief(key)) };
+    if message.contains("number overflowed") {
+        return Diagnostic::new(format!("{key}is too big for a number"))
+            .help("numbers are 64-bit floating point: at most about 1.8e308");
+    }
+    let Some((found, needed)) = message.rsplit_once(", expected ") else {
+        return Diagnostic::new(brief(message)).help("`servosim schema` lists every key with its type");
+    };
+    let found = found
+        .strip_prefix("invalid type: ")
+        .or_else(|| found.strip_prefix("invalid value: "))
+        .unwrap_or(found)
+        .replace("invalid length", "a list of length")
+        .replace("sequence", "a list")
+        .replace("map", "a table");
+    let (needed, help) = match needed {
+        "f64" => ("a number", "write a number such as 0.5 or 1e-3, without quotes and without its unit"),
+        "i64" => ("a whole number", "write a whole number, without quotes"),
+        "a string" => ("a string", "write text in \"quotes\""),
+        "a boolean" => ("true or false", "write true or false, without quotes"),
+        "a sequence" => ("a list of points", "write a list of points: [[x, y], [x, y], …]"),
+        "a point [x, y] of two numbers" => ("a point [x, y]", "a point is two numbers in mm: [12.5, -3]"),
+        _ if needed.starts_with("struct ") => ("a table", "write a [table] header with its keys below it"),
+        other => (other, "`servosim schema` lists every key with its type"),
+    };
+    Diagnostic::new(format!("wrong type: {key}must be {needed}, not {}", brief(&found))).help(help)
+}
+
+/// Name and known names out of serde's "unknown … `name`, expected …".
+fn unknown<'a>(message: &'a str, prefix: &str) -> Option<(&'a str, Vec<&'a str>)> {
+    let rest = message.strip_prefix(prefix)?;
+    let at = rest.rfind("`, expected ").or_else(|| rest.rfind("`, there are no "))?;
+    let (name, expected) = rest.split_at_checked(at)?;
+    let expected = expected.get(1..)?;
+    Some((name, expected.split('`').skip(1).step_by(2).collect()))
+}
+
+fn suggest(problem: Diagnostic, name: &str, expected: &[&str]) -> Diagnostic {
+    match nearest(name, expected.iter().copied()) {
+        Some(known) => problem.help(format!("did you mean `{known}`?")),
+        None => problem,
+    }
+}
+
+fn kind_of_variant(expected: &[&str]) -> &'static str {
+    match expected.first() {
+        Some(&"ph_spline") => "path",
+        Some(&"linear") => "profile",
+        Some(&"first_order") => "plant",
+        _ => "choice",
+    }
+}
+
+fn list(names: &[impl AsRef<str>]) -> String {
+    names.iter().map(|name| format!("`{}`", name.as_ref())).collect::<Vec<_>>().join(", ")
+}
+
+/// The table (or the value's key) that a span belongs to, as a path of keys.
+pub(super) fn place_of(text: &str, span: &Range<usize>) -> Vec<String> {
+    fn search(table: &DeTable<'_>, span: &Range<usize>, path: &mut Vec<String>) -> bool {
+        for (key, value) in table {
+            path.push(key.get_ref().to_string());
+            // A table's span is that of its header; that of an implicit one is its key. An unknown key is no place itself.
+            if value.span() == *span {
+                return true;
+            }
+            match value.get_ref() {
+                DeValue::Table(inner) => {
+                    if inner.keys().any(|key| key.span() == *span) {
+                        let at_its_value = inner.iter().any(|(k, v)| k.span() == *span && v.span() == *span);
+                        if !at_its_value {
+                            return true;
+                        }
+                    }
+                    if search(inner, span, path) {
+                        return true;
+                    }
+                }
+                _ if value.span().start <= span.start && span.end <= value.span().end => return true,
+                _ => {}
+            }
+            path.pop();
+        }
+        false
+    }
+    let mut path = Vec::new();
+    if let Ok(root) = DeTable::parse(text) {
+        search(root.get_ref(), span, &mut path);
+    }
+    path
+}
+
+/// The schema's node of a key, through the choices on the way.
+fn schema_node<'a>(node: &'a Value, path: &[&str]) -> Option<&'a Value> {
+    let Some((first, rest)) = path.split_first() else { return Some(node) };
+    if let Some(next) = node.get("properties").and_then(|p| p.get(first)) {
+        return schema_node(next, rest);
+    }
+    choices(node).find_map(|choice| schema_node(choice, path))
+}
+
+fn choices(node: &Value) -> impl Iterator<Item = &Value> {
+    ["oneOf", "anyOf"].into_iter().filter_map(|key| node.get(key)?.as_array()).flatten()
+}
+
+/// First sentence of a key's description, and whether it is a table.
+fn describe(path: &[&str]) -> Option<(String, bool)> {
+    let schema = file::schema();
+    let node = schema_node(&schema, path)?;
+    let text = node.get("description")?.as_str()?.lines().next()?.to_owned();
+    let is_table = node.get("properties").is_some() || choices(node).next().is_some();
+    Some((text.trim_end_matches('.').to_owned(), is_table))
+}
+
+/// Names of the choices of an externally tagged enum.
+fn variants_of(path: &[impl AsRef<str>]) -> Vec<String> {
+    let path: Vec<&str> = path.iter().map(AsRef::as_ref).collect();
+    let schema = file::schema();
+    let Some(node) = schema_node(&schema, &path) else { return Vec::new() };
+    choices(node)
+        .filter_map(|choice| choice.get("properties")?.as_object()?.keys().next().cloned())
+        .collect()
+}
+
+/// The tables that have a key of this name.
+fn homes_of(name: &str) -> Vec<String> {
+    fn search(node: &Value, name: &str, path: &mut Vec<String>, found: &mut Vec<String>) {
+        if let Some(properties) = node.get("properties").and_then(Value::as_object) {
+            for (key, inner) in properties {
+                if key == name && !path.is_empty() {
+                    found.push(format!("[{}]", path.join(".")));
+                }
+                path.push(key.clone());
+                search(inner, name, path, found);
+                path.pop();
+            }
+        }
+        for choice in choices(node) {
+            search(choice, name, path, found);
+        }
+    }
+    let mut found = Vec::new();
+    search(&file::schema(), name, &mut Vec::new(), &mut found);
+    found.truncate(4);
+    found
+}

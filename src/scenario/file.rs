@@ -1,0 +1,397 @@
+//! The scenario file as written: one type a table, a span on every value that is checked later.
+//!
+//! The doc comments here are the descriptions in the JSON schema (`servosim schema`), which editors show.
+
+use schemars::JsonSchema;
+use serde::Deserialize;
+use serde::de::{self, Deserializer, IgnoredAny, SeqAccess, Visitor};
+use toml::Spanned;
+
+/// A closed-loop servo simulation: a tool path, how the feed is reached, two axes, and limits to hold the run to.
+#[derive(Debug, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+#[schemars(title = "servosim scenario")]
+pub(super) struct RawScenario {
+    /// Name of the scenario in summaries and file names. Default: the file's name without its extension.
+    #[schemars(with = "Option<String>", length(min = 1, max = 100))]
+    pub(super) name: Option<Spanned<String>>,
+    /// The desired path: exactly one of `ph_spline`, `line` and `circle`.
+    #[schemars(with = "RawPath")]
+    pub(super) path: Spanned<RawPath>,
+    /// How fast, and how the feed is reached and left.
+    pub(super) feedrate: RawFeedrate,
+    /// How the servo loop is sampled.
+    #[serde(default)]
+    pub(super) control: RawControl,
+    /// The two axes.
+    pub(super) axes: RawAxes,
+    /// Limits that the run is held to; a run that breaks one exits with 3.
+    #[serde(default)]
+    pub(super) limits: RawLimits,
+}
+
+/// A point `[x, y]` in millimetres.
+pub(super) type RawPoint = Spanned<Pair>;
+
+/// Two numbers. Unlike `[f64; 2]` it refuses a third one.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Pair(pub(super) [f64; 2]);
+
+impl<'de> Deserialize<'de> for Pair {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        struct PairVisitor;
+
+        impl<'de> Visitor<'de> for PairVisitor {
+            type Value = Pair;
+
+            fn expecting(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+                f.write_str("a point [x, y] of two numbers")
+            }
+
+            fn visit_seq<A: SeqAccess<'de>>(self, mut numbers: A) -> Result<Pair, A::Error> {
+                let short = |length| de::Error::invalid_length(length, &self);
+                let x = numbers.next_element()?.ok_or_else(|| short(0))?;
+                let y = numbers.next_element()?.ok_or_else(|| short(1))?;
+                let mut length = 2;
+                while numbers.next_element::<IgnoredAny>()?.is_some() {
+                    length += 1;
+                }
+                if length == 2 { Ok(Pair([x, y])) } else { Err(de::Error::invalid_length(length, &self)) }
+            }
+        }
+
+        deserializer.deserialize_any(PairVisitor)
+    }
+}
+
+/// The desired path.
+#[derive(Debug, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
+pub(super) enum RawPath {
+    /// A smooth curve (C2 Pythagorean-hodograph quintic spline) through or near given points.
+    PhSpline(RawPhSpline),
+    /// A straight line.
+    Line(RawLine),
+    /// A full turn around a centre.
+    Circle(RawCircle),
+}
+
+/// A C2 Pythagorean-hodograph quintic spline. Give exactly one of `control_points_mm` and `nodal_points_mm`.
+#[derive(Debug, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub(super) struct RawPhSpline {
+    /// Control points of a cubic B-spline: the curve is drawn towards them. A closed one gives each point once.
+    #[schemars(with = "Option<Vec<[f64; 2]>>")]
+    pub(super) control_points_mm: Option<Spanned<Vec<RawPoint>>>,
+    /// Points that the curve passes through. A closed one gives the first point once.
+    #[schemars(with = "Option<Vec<[f64; 2]>>")]
+    pub(super) nodal_points_mm: Option<Spanned<Vec<RawPoint>>>,
+    /// Whether the curve returns to its start.
+    #[serde(default)]
+    pub(super) closed: bool,
+    /// Start and end tangent [[x, y], [x, y]] of an open curve through nodal points: the derivative with respect to the
+    /// segment's parameter, in mm (as long as the neighbouring segment is a good choice). Default: chosen for you.
+    #[schemars(with = "Option<[[f64; 2]; 2]>")]
+    pub(super) end_tangents: Option<Spanned<Vec<RawPoint>>>,
+}
+
+/// A straight line.
+#[derive(Debug, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub(super) struct RawLine {
+    /// First point.
+    #[schemars(with = "[f64; 2]")]
+    pub(super) start_mm: RawPoint,
+    /// Last point.
+    #[schemars(with = "[f64; 2]")]
+    pub(super) end_mm: RawPoint,
+}
+
+/// A full turn around a centre.
+#[derive(Debug, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub(super) struct RawCircle {
+    /// Centre.
+    #[schemars(with = "[f64; 2]")]
+    pub(super) centre_mm: RawPoint,
+    /// Radius.
+    #[schemars(with = "f64", extend("exclusiveMinimum" = 0))]
+    pub(super) radius_mm: Spanned<f64>,
+    /// Angle of the first point, from the X axis, counterclockwise. Default: 0.
+    #[schemars(with = "Option<f64>")]
+    pub(super) start_deg: Option<Spanned<f64>>,
+    /// Direction of travel. Default: counterclockwise.
+    #[serde(default)]
+    pub(super) clockwise: bool,
+}
+
+/// How fast, and how the feed is reached and left.
+#[derive(Debug, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub(super) struct RawFeedrate {
+    /// Commanded feed along the path, in mm/s. On a path too short for it the peak feed falls.
+    #[schemars(with = "f64", extend("exclusiveMinimum" = 0))]
+    pub(super) feed_mm_s: Spanned<f64>,
+    /// How the feed is reached: exactly one of `linear`, `cubic`, `quintic`, `exponential` and `jerk_limited`.
+    pub(super) profile: RawProfile,
+}
+
+/// How the feed is reached and left.
+#[derive(Debug, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
+pub(super) enum RawProfile {
+    /// Constant acceleration (a trapezoidal feed); the jerk is infinite at the ends of the phase.
+    Linear(RawPhase),
+    /// Cubic feed: acceleration continuous, jerk not.
+    Cubic(RawPhase),
+    /// Quintic feed, the S-curve with continuous jerk.
+    Quintic(RawPhase),
+    /// The quintic with the exponential modification: a lower peak jerk in the same time.
+    Exponential(RawExponential),
+    /// Seven phases with bounded acceleration and jerk.
+    JerkLimited(RawJerkLimited),
+}
+
+/// A phase of given length.
+#[derive(Debug, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub(super) struct RawPhase {
+    /// Length of the acceleration phase, in s.
+    #[schemars(with = "f64", extend("exclusiveMinimum" = 0))]
+    pub(super) phase_s: Spanned<f64>,
+}
+
+/// The quintic with the exponential modification.
+#[derive(Debug, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub(super) struct RawExponential {
+    /// Length of the acceleration phase, in s.
+    #[schemars(with = "f64", extend("exclusiveMinimum" = 0))]
+    pub(super) phase_s: Spanned<f64>,
+    /// Strength of the modification, 1 to 20, or "optimize" to search for the lowest peak jerk.
+    #[schemars(with = "RawExponentSchema")]
+    pub(super) n_c: Spanned<RawExponent>,
+}
+
+/// An exponent, or the wish to have it chosen.
+#[derive(Debug, Clone, Copy)]
+pub(super) enum RawExponent {
+    Given(f64),
+    Optimize,
+}
+
+/// What [`RawExponent`] looks like in the file.
+#[derive(JsonSchema)]
+#[schemars(untagged)]
+#[expect(dead_code, reason = "only its schema is used")]
+enum RawExponentSchema {
+    Given(#[schemars(range(min = 1, max = 20))] f64),
+    Optimize(RawOptimize),
+}
+
+#[derive(JsonSchema)]
+#[schemars(rename_all = "snake_case")]
+#[expect(dead_code, reason = "only its schema is used")]
+enum RawOptimize {
+    Optimize,
+}
+
+impl<'de> Deserialize<'de> for RawExponent {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        struct ExponentVisitor;
+
+        impl Visitor<'_> for ExponentVisitor {
+            type Value = RawExponent;
+
+            fn expecting(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+                f.write_str("a number or \"optimize\"")
+            }
+
+            fn visit_f64<E: de::Error>(self, value: f64) -> Result<RawExponent, E> {
+                Ok(RawExponent::Given(value))
+            }
+
+            fn visit_i64<E: de::Error>(self, value: i64) -> Result<RawExponent, E> {
+                Ok(RawExponent::Given(value as f64))
+            }
+
+            fn visit_u64<E: de::Error>(self, value: u64) -> Result<RawExponent, E> {
+                Ok(RawExponent::Given(value as f64))
+            }
+
+            fn visit_str<E: de::Error>(self, value: &str) -> Result<RawExponent, E> {
+                match value {
+                    "optimize" => Ok(RawExponent::Optimize),
+                    other => Err(E::invalid_value(de::Unexpected::Str(other), &self)),
+                }
+            }
+        }
+
+        deserializer.deserialize_any(ExponentVisitor)
+    }
+}
+
+/// Seven phases with bounded acceleration and jerk.
+#[derive(Debug, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub(super) struct RawJerkLimited {
+    /// Largest acceleration, in mm/s².
+    #[schemars(with = "f64", extend("exclusiveMinimum" = 0))]
+    pub(super) accel_mm_s2: Spanned<f64>,
+    /// Largest jerk, in mm/s³.
+    #[schemars(with = "f64", extend("exclusiveMinimum" = 0))]
+    pub(super) jerk_mm_s3: Spanned<f64>,
+}
+
+/// How the servo loop is sampled.
+#[derive(Debug, Default, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub(super) struct RawControl {
+    /// Control period, in s. Default: 0.001.
+    #[schemars(with = "Option<f64>", extend("exclusiveMinimum" = 0))]
+    pub(super) period_s: Option<Spanned<f64>>,
+    /// How long the run goes on after the last setpoint, in s. Default: 0.1.
+    #[schemars(with = "Option<f64>", range(min = 0))]
+    pub(super) settling_s: Option<Spanned<f64>>,
+    /// Where the velocity feedforward takes the command's velocity from. Default: "backward".
+    pub(super) derivative: Option<RawDerivative>,
+    /// How many samples later the voltage reaches the plant: 0 (default) or 1.
+    #[schemars(with = "Option<u8>", range(min = 0, max = 1))]
+    pub(super) delay_samples: Option<Spanned<i64>>,
+}
+
+/// Source of the velocity command.
+#[derive(Debug, Clone, Copy, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
+pub(super) enum RawDerivative {
+    /// Backward difference of the position command: what a drive that receives positions only can do.
+    Backward,
+    /// The interpolator's own velocity at the sample.
+    Exact,
+}
+
+/// The two axes.
+#[derive(Debug, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub(super) struct RawAxes {
+    /// The X axis.
+    pub(super) x: RawAxis,
+    /// The Y axis.
+    pub(super) y: RawAxis,
+}
+
+/// One axis: plant, drive, controller.
+#[derive(Debug, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub(super) struct RawAxis {
+    /// Motor and mechanics: exactly one of `first_order` and `mechanics`.
+    pub(super) plant: RawPlant,
+    /// Amplifier and ballscrew.
+    #[serde(default)]
+    pub(super) drive: RawDrive,
+    /// Gains of the PDFF controller, none negative.
+    pub(super) pdff: RawPdff,
+}
+
+/// Motor and mechanics.
+#[derive(Debug, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
+pub(super) enum RawPlant {
+    /// The velocity plant K/(1 + τ s) as it was identified.
+    FirstOrder(RawFirstOrder),
+    /// The same plant from moved mass, rotating inertia and friction.
+    Mechanics(#[schemars(with = "RawMechanics")] Spanned<RawMechanics>),
+}
+
+/// The velocity plant K/(1 + τ s) as it was identified.
+#[derive(Debug, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub(super) struct RawFirstOrder {
+    /// Gain K: motor speed per volt, in rad/s/V.
+    #[schemars(with = "f64", extend("exclusiveMinimum" = 0))]
+    pub(super) gain_rad_s_v: Spanned<f64>,
+    /// Time constant τ, in s.
+    #[schemars(with = "f64", extend("exclusiveMinimum" = 0))]
+    pub(super) time_constant_s: Spanned<f64>,
+}
+
+/// The plant from its mechanics.
+#[derive(Debug, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub(super) struct RawMechanics {
+    /// Moved mass, in kg.
+    #[schemars(with = "f64", range(min = 0))]
+    pub(super) mass_kg: Spanned<f64>,
+    /// Rotating inertia (motor, coupling, screw), in kg m².
+    #[schemars(with = "f64", range(min = 0))]
+    pub(super) inertia_kg_m2: Spanned<f64>,
+    /// Viscous friction at the motor, in N m s/rad.
+    #[schemars(with = "f64", extend("exclusiveMinimum" = 0))]
+    pub(super) viscous_friction_nm_s_rad: Spanned<f64>,
+}
+
+/// Amplifier and ballscrew.
+#[derive(Debug, Default, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub(super) struct RawDrive {
+    /// Travel of the table per motor angle, in mm/rad. Default: 1.59.
+    #[schemars(with = "Option<f64>", extend("exclusiveMinimum" = 0))]
+    pub(super) transmission_mm_rad: Option<Spanned<f64>>,
+    /// Voltage per torque that the controller asks for, in V/(N m). Default: 1/0.716.
+    #[schemars(with = "Option<f64>", extend("exclusiveMinimum" = 0))]
+    pub(super) torque_to_voltage_v_nm: Option<Spanned<f64>>,
+    /// The amplifier gives at most ± this voltage, in V. Default: 5.
+    #[schemars(with = "Option<f64>", extend("exclusiveMinimum" = 0))]
+    pub(super) voltage_limit_v: Option<Spanned<f64>>,
+}
+
+/// Gains of the PDFF controller.
+#[derive(Debug, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub(super) struct RawPdff {
+    /// Position gain, in rad/s/mm.
+    #[schemars(with = "f64", range(min = 0))]
+    pub(super) kpp: Spanned<f64>,
+    /// Velocity gain, in N m s/rad.
+    #[schemars(with = "f64", range(min = 0))]
+    pub(super) kpv: Spanned<f64>,
+    /// Velocity integral gain, in 1/s.
+    #[schemars(with = "f64", range(min = 0))]
+    pub(super) kiv: Spanned<f64>,
+    /// Velocity feedforward, in rad/mm; 1/transmission is full feedforward.
+    #[schemars(with = "f64", range(min = 0))]
+    pub(super) kpf: Spanned<f64>,
+    /// Share of the velocity command that acts directly: 1 is a PI controller, 0 pseudo-derivative feedback.
+    #[schemars(with = "f64", range(min = 0))]
+    pub(super) kvf: Spanned<f64>,
+}
+
+/// Limits that the run is held to; a missing one is not checked.
+#[derive(Debug, Default, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub(super) struct RawLimits {
+    /// Largest contouring error, either side of the path, in µm.
+    #[schemars(with = "Option<f64>", extend("exclusiveMinimum" = 0))]
+    pub(super) contour_error_um: Option<Spanned<f64>>,
+    /// Largest distance to the setpoint, in µm.
+    #[schemars(with = "Option<f64>", extend("exclusiveMinimum" = 0))]
+    pub(super) tracking_error_um: Option<Spanned<f64>>,
+    /// Largest voltage of any axis, in V.
+    #[schemars(with = "Option<f64>", extend("exclusiveMinimum" = 0))]
+    pub(super) voltage_v: Option<Spanned<f64>>,
+    /// Largest acceleration along the path, in mm/s².
+    #[schemars(with = "Option<f64>", extend("exclusiveMinimum" = 0))]
+    pub(super) accel_mm_s2: Option<Spanned<f64>>,
+    /// Largest jerk along the path, in mm/s³.
+    #[schemars(with = "Option<f64>", extend("exclusiveMinimum" = 0))]
+    pub(super) jerk_mm_s3: Option<Spanned<f64>>,
+}
+
+/// The JSON schema of the file.
+pub(super) fn schema() -> serde_json::Value {
+    schemars::generate::SchemaSettings::draft2020_12()
+        .with(|settings| settings.inline_subschemas = true)
+        .into_generator()
+        .into_root_schema_for::<RawScenario>()
+        .to_value()
+}
