@@ -1,3 +1,7 @@
-//! servosim: see the library.
+//! The program: `servosim help` tells what it does, the library how.
 
-fn main() {}
+mod cli;
+
+fn main() -> std::process::ExitCode {
+    cli::main()
+}

@@ -92,7 +92,7 @@ impl ScenarioError {
         let renderer = if colour { Renderer::styled().hyperlink(false) } else { Renderer::plain() };
         let mut out = String::new();
         for problem in self.problems.iter().take(MOST_SHOWN) {
-            out.push_str(&renderer.render(&[self.group(problem)]));
+            out.push_str(&self.rendered(problem, &renderer));
             out.push_str("\n\n");
         }
         if let Some(more @ 1..) = self.problems.len().checked_sub(MOST_SHOWN) {
@@ -107,20 +107,24 @@ impl ScenarioError {
         out
     }
 
-    fn group(&self, problem: &Diagnostic) -> Group<'static> {
+    fn rendered(&self, problem: &Diagnostic, renderer: &Renderer) -> String {
         let mut group = Group::with_title(Level::ERROR.primary_title(printable(&problem.message)));
-        let origin = Origin::path(printable(&self.origin));
+        let origin = printable(&self.origin);
+        // The column of a cropped line, as the renderer sees it and as it is.
+        let mut columns = None;
         if let Some(span) = &problem.span {
             let line = Line::around(&self.source, span.start);
             let (shown, marked) = line.cropped(span);
+            let seen = 1 + shown.get(..marked.start).map_or(0, |before| before.chars().count());
+            columns = Some((line.number, seen, line.column_of(span.start)));
             let mut annotation = AnnotationKind::Primary.span(marked);
             if !problem.label.is_empty() {
                 annotation = annotation.label(printable(&problem.label));
             }
-            group = group.element(origin.line(line.number).char_column(line.column_of(span.start)));
-            group = group.element(Snippet::source(shown).line_start(line.number).annotation(annotation));
+            let snippet = Snippet::source(shown).path(origin.clone()).line_start(line.number).annotation(annotation);
+            group = group.element(snippet);
         } else if !self.origin.is_empty() {
-            group = group.element(origin);
+            group = group.element(Origin::path(origin.clone()));
         }
         for note in &problem.notes {
             group = group.element(Level::NOTE.message(printable(note)));
@@ -128,7 +132,13 @@ impl ScenarioError {
         for help in &problem.help {
             group = group.element(Level::HELP.message(printable(help)));
         }
-        group
+        let text = renderer.render(&[group]);
+        match columns {
+            Some((line, seen, is)) if seen != is => {
+                text.replacen(&format!("{origin}:{line}:{seen}"), &format!("{origin}:{line}:{is}"), 1)
+            }
+            _ => text,
+        }
     }
 }
 

@@ -10,15 +10,34 @@ use super::file;
 
 /// Keys that hold a table; an array there would be read as one by position, which nobody means.
 const TABLES: [&str; 20] = [
-    "path", "ph_spline", "line", "circle", "feedrate", "profile", "linear", "cubic", "quintic", "exponential",
-    "jerk_limited", "control", "axes", "x", "y", "plant", "drive", "pdff", "limits", "mechanics",
+    "path",
+    "ph_spline",
+    "line",
+    "circle",
+    "feedrate",
+    "profile",
+    "linear",
+    "cubic",
+    "quintic",
+    "exponential",
+    "jerk_limited",
+    "control",
+    "axes",
+    "x",
+    "y",
+    "plant",
+    "drive",
+    "pdff",
+    "limits",
+    "mechanics",
 ];
 
 /// The first syntax error of a text.
 pub(super) fn syntax(error: &toml::de::Error, text: &str) -> Diagnostic {
     let span = error.span().unwrap_or(text.len()..text.len());
     let mut message = error.message();
-    let mut help = "a scenario is TOML: `key = value` lines under [table] headers; `servosim new NAME` writes an example";
+    let mut help =
+        "a scenario is TOML: `key = value` lines under [table] headers; `servosim new NAME` writes an example";
     let rest = text.get(span.start..).unwrap_or_default();
     if message.starts_with("string values must be quoted") {
         if rest.trim_start_matches([' ', '\t']).starts_with(['\n', '\r', '#']) || rest.trim().is_empty() {
@@ -35,7 +54,12 @@ pub(super) fn syntax(error: &toml::de::Error, text: &str) -> Diagnostic {
     } else if message.contains("basic string") || message.contains("literal string") {
         help = "a string starts and ends with a quote on the same line; control characters are written as \\u001b";
     }
-    Diagnostic::new(format!("not valid TOML: {}", brief(message))).at(span).help(help)
+    Diagnostic::new(format!("not valid TOML: {}", brief_message(message))).at(span).help(help)
+}
+
+/// A library's message, which may quote a part of the text.
+fn brief_message(message: &str) -> String {
+    if message.chars().count() <= 200 { message.to_owned() } else { brief(message) }
 }
 
 /// An array where a table belongs.
@@ -72,8 +96,9 @@ pub(super) fn structure(error: &toml::de::Error, text: &str) -> Diagnostic {
         return unknown_key(name, &expected, &within()).at(span);
     }
     if let Some((name, expected)) = unknown(message, "unknown variant `") {
-        let problem = Diagnostic::new(format!("there is no {} `{}`", kind_of_variant(&expected), brief(name)));
-        return suggest(problem, name, &expected).at(span).help(format!("known: {}", list(&expected)));
+        let holder = place.last().map_or("this", String::as_str);
+        let problem = Diagnostic::new(format!("`{holder}` cannot be `{}`", brief(name)));
+        return suggest(problem, name, &expected).at(span).help(format!("known here: {}", list(&expected)));
     }
     if let Some(name) = message.strip_prefix("missing field `").and_then(|rest| rest.strip_suffix('`')) {
         let problem = Diagnostic::new(format!("`{name}` is missing in {}", within())).at(span);
@@ -81,10 +106,15 @@ pub(super) fn structure(error: &toml::de::Error, text: &str) -> Diagnostic {
     }
     if message.starts_with("wanted exactly 1 element") {
         let variants = variants_of(&place);
-        let how = if message.contains("more than") { "more than one of" } else { "none of" };
-        return Diagnostic::new(format!("{} holds {how} {}", within(), list(&variants)))
-            .at(span)
-            .help("give exactly one; remove the tables of the others");
+        let (how, help) = if message.contains("more than") {
+            ("more than one of", "keep one and remove the tables of the others".to_owned())
+        } else {
+            (
+                "none of",
+                format!("add one, such as [{}.{}]", place.join("."), variants.first().map_or("…", String::as_str)),
+            )
+        };
+        return Diagnostic::new(format!("{} holds {how} {}", within(), list(&variants))).at(span).help(help);
     }
     if message.starts_with("invalid type: unit variant") || message == "wanted string or table" {
         let variants = variants_of(&place);
@@ -98,7 +128,8 @@ pub(super) fn structure(error: &toml::de::Error, text: &str) -> Diagnostic {
 }
 
 fn unknown_key(name: &str, expected: &[&str], within: &str) -> Diagnostic {
-    let problem = Diagnostic::new(format!("unknown key `{}` in {within}", brief(name))).label("not a key of this table");
+    let problem =
+        Diagnostic::new(format!("unknown key `{}` in {within}", brief(name))).label("not a key of this table");
     let mut problem = suggest(problem, name, expected);
     // A key that is known elsewhere is probably in the wrong table.
     let elsewhere = homes_of(name);
@@ -137,20 +168,29 @@ fn wrong_type(message: &str, key: &str) -> Diagnostic {
         .strip_prefix("invalid type: ")
         .or_else(|| found.strip_prefix("invalid value: "))
         .unwrap_or(found)
-        .replace("invalid length", "a list of length")
-        .replace("sequence", "a list")
-        .replace("map", "a table");
+        .replace("invalid length", "a list of length");
+    let found = match found.as_str() {
+        "sequence" => "a list".to_owned(),
+        "map" => "a table".to_owned(),
+        other if other.starts_with("a list") => other.to_owned(),
+        other => format!("the {other}"),
+    };
     let (needed, help) = match needed {
         "f64" => ("a number", "write a number such as 0.5 or 1e-3, without quotes and without its unit"),
         "i64" => ("a whole number", "write a whole number, without quotes"),
         "a string" => ("a string", "write text in \"quotes\""),
+        "a number or \"optimize\"" => {
+            (needed, "n_c is usually 5 to 10; n_c = \"optimize\" searches for the lowest peak jerk")
+        }
         "a boolean" => ("true or false", "write true or false, without quotes"),
         "a sequence" => ("a list of points", "write a list of points: [[x, y], [x, y], …]"),
-        "a point [x, y] of two numbers" => ("a point [x, y]", "a point is two numbers in mm: [12.5, -3]"),
+        "a point [x, y] of two numbers" => ("[x, y]", "a point is two numbers in mm: [12.5, -3]"),
         _ if needed.starts_with("struct ") => ("a table", "write a [table] header with its keys below it"),
         other => (other, "`servosim schema` lists every key with its type"),
     };
-    Diagnostic::new(format!("wrong type: {key}must be {needed}, not {}", brief(&found))).help(help)
+    // A point stands in a list: the key names the list.
+    let subject = if needed == "[x, y]" { "a point of ".to_owned() + &key } else { key };
+    Diagnostic::new(format!("wrong type: {subject}must be {needed}, not {}", brief(&found))).help(help)
 }
 
 /// Name and known names out of serde's "unknown … `name`, expected …".
@@ -166,15 +206,6 @@ fn suggest(problem: Diagnostic, name: &str, expected: &[&str]) -> Diagnostic {
     match nearest(name, expected.iter().copied()) {
         Some(known) => problem.help(format!("did you mean `{known}`?")),
         None => problem,
-    }
-}
-
-fn kind_of_variant(expected: &[&str]) -> &'static str {
-    match expected.first() {
-        Some(&"ph_spline") => "path",
-        Some(&"linear") => "profile",
-        Some(&"first_order") => "plant",
-        _ => "choice",
     }
 }
 
@@ -244,9 +275,7 @@ fn variants_of(path: &[impl AsRef<str>]) -> Vec<String> {
     let path: Vec<&str> = path.iter().map(AsRef::as_ref).collect();
     let schema = file::schema();
     let Some(node) = schema_node(&schema, &path) else { return Vec::new() };
-    choices(node)
-        .filter_map(|choice| choice.get("properties")?.as_object()?.keys().next().cloned())
-        .collect()
+    choices(node).filter_map(|choice| choice.get("properties")?.as_object()?.keys().next().cloned()).collect()
 }
 
 /// The tables that have a key of this name.

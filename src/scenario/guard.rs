@@ -37,10 +37,12 @@ pub(super) fn check(text: &str) -> Result<(), Diagnostic> {
     match census.biggest {
         Some((key, items)) if items > MAX_ARRAY_ITEMS => {
             let name = brief(text.get(key.clone()).unwrap_or_default());
-            Err(Diagnostic::new(format!("`{name}` holds {items} items: at most {MAX_ARRAY_ITEMS} are read from a file"))
-                .at(key)
-                .label("this array")
-                .help("leave out points (a spline needs few), or make the path from Rust: `path::PhSpline` takes more"))
+            Err(Diagnostic::new(format!(
+                "`{name}` holds {items} items: at most {MAX_ARRAY_ITEMS} are read from a file"
+            ))
+            .at(key)
+            .label("this array")
+            .help("leave out points (a spline needs few), or make the path from Rust: `path::PhSpline` takes more"))
         }
         _ => Ok(()),
     }
@@ -48,8 +50,7 @@ pub(super) fn check(text: &str) -> Result<(), Diagnostic> {
 
 /// The problem of a text over [`MAX_TEXT_BYTES`], of which at least the first part is known.
 pub(super) fn too_long(text: &str) -> Diagnostic {
-    let problem =
-        Diagnostic::new(format!("the scenario is longer than {} MiB: it is not read", MAX_TEXT_BYTES >> 20));
+    let problem = Diagnostic::new(format!("the scenario is longer than {} MiB: it is not read", MAX_TEXT_BYTES >> 20));
     match scan(text).biggest {
         Some((key, items)) => {
             let name = brief(text.get(key.clone()).unwrap_or_default());
@@ -62,99 +63,170 @@ pub(super) fn too_long(text: &str) -> Diagnostic {
     }
 }
 
-/// Where the scan is.
-enum Place {
-    /// Before a `=`, or in a table header.
-    Key,
-    /// After it.
-    Value,
+/// A bracket that is open.
+struct Open {
+    /// The key whose value it belongs to.
+    key: Range<usize>,
+    /// `{` rather than `[`.
+    is_table: bool,
+    commas: usize,
+    /// Whether something stands after the last comma.
+    started: bool,
+}
+
+impl Open {
+    fn items(&self) -> usize {
+        self.commas + usize::from(self.started)
+    }
 }
 
 /// Reads just enough of TOML (strings, comments, brackets, keys) to count; takes any text and never fails.
 fn scan(text: &str) -> Census {
     let bytes = text.as_bytes();
     let mut census = Census::default();
-    // Key and commas of each open bracket.
-    let mut open: Vec<(Range<usize>, usize, bool)> = Vec::new();
-    let mut place = Place::Key;
-    let mut key = 0..0;
-    let mut dots = 0;
+    let mut open: Vec<Open> = Vec::new();
+    // Whether a key stands here (before a `=`, or in a table header), which one, and how many dots it has.
+    let (mut in_key, mut key, mut dots) = (true, 0..0, 0);
     let mut at = 0;
-    let close = |census: &mut Census, (key, commas, some): (Range<usize>, usize, bool)| {
-        let items = commas + usize::from(some);
-        if census.biggest.as_ref().is_none_or(|(_, most)| items > *most) {
-            census.biggest = Some((key, items));
-        }
-    };
     while let Some(&byte) = bytes.get(at) {
+        let mut end = at + 1;
         match byte {
-            b'#' => at = skip_to(bytes, at, b'\n').saturating_sub(1),
-            b'"' | b'\'' => {
-                let end = skip_string(bytes, at);
-                if matches!(place, Place::Key) {
-                    key = if dots > 0 { key.start..end } else { at..end };
+            b' ' | b'\t' | b'\r' => {}
+            b'#' => end = skip_while(bytes, at, |b| b != b'\n'),
+            b'\n' => {
+                if open.is_empty() {
+                    (in_key, dots) = (true, 0);
                 }
-                mark(&mut open);
-                at = end - 1;
             }
-            b'\n' if open.is_empty() => (place, dots) = (Place::Key, 0),
-            b'=' => (place, dots) = (Place::Value, 0),
-            b'[' if open.is_empty() && matches!(place, Place::Key) => dots = 0,
+            b'=' => (in_key, dots) = (false, 0),
+            b'[' if open.is_empty() && in_key => {}
             b'[' | b'{' => {
-                mark(&mut open);
+                start_item(&mut open);
                 if open.len() == MAX_DEPTH {
-                    census.too_deep = Some(at..at + 1);
+                    census.too_deep = Some(at..end);
                     return census;
                 }
-                open.push((key.clone(), 0, false));
-                place = if byte == b'{' { Place::Key } else { Place::Value };
-                dots = 0;
+                let is_table = byte == b'{';
+                open.push(Open { key: key.clone(), is_table, commas: 0, started: false });
+                (in_key, dots) = (is_table, 0);
             }
             b']' | b'}' => {
                 if let Some(closed) = open.pop() {
-                    close(&mut census, closed);
+                    census.count(&closed);
+                    in_key = false;
                 }
-                place = if open.is_empty() && byte == b']' { Place::Key } else { Place::Value };
             }
             b',' => {
-                if let Some((_, commas, some)) = open.last_mut() {
-                    *commas += 1;
-                    *some = false;
+                if let Some(inner) = open.last_mut() {
+                    inner.commas += 1;
+                    inner.started = false;
+                    (in_key, dots) = (inner.is_table, 0);
                 }
-                // In an inline table a key follows; in an array this only renames what has no key.
-                if !matches!(place, Place::Key) && in_table(bytes, at) {
-                    place = Place::Key;
-                }
-                dots = 0;
             }
-            b'.' if matches!(place, Place::Key) => {
+            b'.' if in_key => {
                 dots += 1;
                 if dots == MAX_DEPTH {
-                    census.too_deep = Some(key.start..at + 1);
+                    census.too_deep = Some(at..end);
                     return census;
                 }
             }
-            b' ' | b'\t' | b'\r' | b'\n' => {}
             _ => {
-                mark(&mut open);
-                let end = skip_word(bytes, at);
-                if matches!(place, Place::Key) {
-                    key = if dots > 0 { key.start..end } else { at..end };
+                start_item(&mut open);
+                end = match byte {
+                    b'"' | b'\'' => skip_string(bytes, at),
+                    _ => skip_while(bytes, end, |b| !b" \t\r\n#=[]{},\"'".contains(&b) && (b != b'.' || !in_key)),
+                };
+                if in_key {
+                    key = at..end;
                 }
-                at = end - 1;
             }
         }
-        at += 1;
+        at = end;
     }
-    while let Some(unclosed) = open.pop() {
-        close(&mut census, unclosed);
+    for unclosed in &open {
+        census.count(unclosed);
     }
     census
 }
 
-/// Notes that the innermost bracket has something since its last comma.
-fn mark(open: &mut [(Range<usize>, usize, bool)]) {
-    if let Some((_, _, some)) = open.last_mut() {
-        *some = true;
+impl Census {
+    fn count(&mut self, array: &Open) {
+        let items = array.items();
+        if !array.is_table && self.biggest.as_ref().is_none_or(|(_, most)| items > *most) {
+            self.biggest = Some((array.key.clone(), items));
+        }
+    }
+}
+
+/// Something stands in the innermost bracket.
+fn start_item(open: &mut [Open]) {
+    if let Some(inner) = open.last_mut() {
+        inner.started = true;
+    }
+}
+
+/// The first place from `at` on where `condition` does not hold.
+fn skip_while(bytes: &[u8], at: usize, condition: impl Fn(u8) -> bool) -> usize {
+    bytes.iter().skip(at).position(|&b| !condition(b)).map_or(bytes.len(), |n| at + n)
+}
+
+/// The place after the string that starts at `at`, or after its line where a one-line string is not closed.
+fn skip_string(bytes: &[u8], at: usize) -> usize {
+    let rest = bytes.get(at..).unwrap_or_default();
+    let quote = rest.first().copied().unwrap_or(b'"');
+    let is_end = |i: usize| rest.iter().skip(i).take(3).filter(|&&b| b == quote).count() == 3;
+    let long = is_end(0);
+    let mut i = if long { 3 } else { 1 };
+    while let Some(&byte) = rest.get(i) {
+        if byte == b'\\' && quote == b'"' {
+            i += 1;
+        } else if byte == b'\n' && !long {
+            return at + i;
+        } else if byte == quote && (!long || is_end(i)) {
+            return at + i + if long { 3 } else { 1 };
+        }
+        i += 1;
+    }
+    bytes.len()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn biggest(text: &str) -> Option<(&str, usize)> {
+        scan(text).biggest.map(|(key, items)| (text.get(key).unwrap(), items))
+    }
+
+    #[test]
+    fn the_array_with_the_most_items_is_found_with_its_key() {
+        let text = "[a.b] # [[[[\nname = \"x = [1, 2, 3, 4, 5]\"\nlong = [[1, 2], [3, 4],\n [5, 6], # seven, eight\n]\nt = { k = [1, 2], l = 3 }\n";
+        assert_eq!(biggest(text), Some(("long", 3)));
+        assert_eq!(biggest("t = { u = 1, k = [1, 2, 3], l = 3 }"), Some(("k", 3)));
+        assert_eq!(biggest("a.b.\"c d\" = [1, 2"), Some(("\"c d\"", 2)));
+        assert_eq!(biggest("x = '''\n[1,2,3]\n''' \ny = [1]"), Some(("y", 1)));
+        assert_eq!(biggest("x = \"\\\"[1,2\"\ny = [1, 1.5, -2e3]"), Some(("y", 3)));
+        assert_eq!(biggest("[table]\nx = 1"), None);
+    }
+
+    #[test]
+    fn depth_is_bounded() {
+        for text in [
+            format!("a = {}", "[".repeat(100_000)),
+            format!("a = {}", "{a=".repeat(100_000)),
+            format!("a{} = 1", ".a".repeat(100_000)),
+            format!("[a{}]", ".a".repeat(100_000)),
+        ] {
+            let problem = check(&text).unwrap_err();
+            assert!(problem.message.contains("too deeply"), "{problem:?}");
+        }
+        assert_eq!(check("[a.b.c.d]\ne.f = [[[1.5]], [[2.5]], { g.h = 3 }]\n"), Ok(()));
+    }
+
+    #[test]
+    fn any_text_is_taken() {
+        for text in ["\"", "'''", "]]]}}}", "\"\\", "=[,,,]", "é'é\"é", "a = [\"\n]"] {
+            check(text).unwrap();
+        }
     }
 }

@@ -1,62 +1,189 @@
-//! scenario
+//! Scenarios: everything that a run needs, in one TOML file.
+//!
+//! ```toml
+//! [path.ph_spline]
+//! control_points_mm = [[0, 0], [12, 18], [24, 27], [36, 9], [24, -9], [12, 0], [0, 18]]
+//!
+//! [feedrate]
+//! feed_mm_s = 100
+//!
+//! [feedrate.profile.exponential]
+//! phase_s = 0.1
+//! n_c = 8.12
+//!
+//! [axes.x.plant.first_order]
+//! gain_rad_s_v = 83.0089
+//! time_constant_s = 0.19936
+//!
+//! [axes.x.pdff]
+//! kpp = 97.38
+//! kpv = 1.19
+//! kiv = 252.8
+//! kpf = 0.8
+//! kvf = 0.85
+//! # … and the same for axes.y
+//! ```
+//!
+//! A [`Document`] is the text (a file, a built-in scenario, with or without overrides), a [`Scenario`] what it means. What
+//! is wrong with a text is told as [`Diagnostic`]s that point at the line and say what to do. Every key is described in
+//! [`json_schema`].
+//!
+//! ```
+//! use servosim::scenario::Scenario;
+//!
+//! let mut alpha = Scenario::built_in("alpha")?;
+//! alpha.settings.settling_s = 0.2;
+//! let summary = alpha.run(&mut [])?;
+//! assert!(summary.max_contour_error_um < 30.0);
+//! # Ok::<(), Box<dyn std::error::Error>>(())
+//! ```
+
+mod check;
+mod check_path;
+mod diagnostics;
+mod document;
+mod explain;
 mod file;
-#[cfg(test)]
-mod probe {
-    #[test]
-    fn spans() {
-        let base = "[path.line]\nstart_mm=[0,0]\nend_mm=[1,1]\n[feedrate]\nfeed_mm_s=1\n[feedrate.profile.quintic]\nphase_s=1\n[axes.x.plant.first_order]\ngain_rad_s_v=1\ntime_constant_s=1\n[axes.x.pdff]\nkpp=1\nkpv=1\nkiv=1\nkpf=1\nkvf=1\n[axes.y.plant.first_order]\ngain_rad_s_v=1\ntime_constant_s=1\n[axes.y.pdff]\nkpp=1\nkpv=1\nkiv=1\nkpf=1\nkvf=1\n";
-        let t = |s: String| {
-            match toml::from_str::<super::file::RawScenario>(&s) {
-                Ok(_) => eprintln!("ok"),
-                Err(e) => eprintln!("{:?} {:?} => {:?}", e.message(), e.span(), e.span().map(|r| s.get(r).unwrap_or("?").chars().take(60).collect::<String>())),
-            }
-        };
-        let r = |a: &str, b: &str| t(base.replacen(a, b, 1));
-        t(base.into());
-        r("kpp=1\n", "");
-        r("kpp=1\n", "kp=1\n");
-        r("kpp=1\n", "kpp='a'\n");
-        r("kpp=1\n", "kpp=[1]\n");
-        r("kpp=1\n", "kpp=1e400\n");
-        r("kpp=1\n", "kpp=99999999999999999999999999999999999999999999999999999\n");
-        r("kpp=1\n", "kpp=99999999999999999999999\n");
-        r("[axes.x.pdff]\nkpp=1\nkpv=1\nkiv=1\nkpf=1\nkvf=1\n", "");
-        r("[axes.x.plant.first_order]\ngain_rad_s_v=1\ntime_constant_s=1\n", "");
-        r("path.line", "path.lne");
-        r("[path.line]\n", "[path.circle]\nradius_mm=1\n[path.line]\n");
-        r("[path.line]\nstart_mm=[0,0]\nend_mm=[1,1]\n", "");
-        r("[path.line]\nstart_mm=[0,0]\nend_mm=[1,1]\n", "path='line'\n");
-        r("[path.line]\nstart_mm=[0,0]\nend_mm=[1,1]\n", "path=3\n");
-        r("[path.line]\nstart_mm=[0,0]\nend_mm=[1,1]\n", "path={}\n");
-        r("[path.line]\nstart_mm=[0,0]\nend_mm=[1,1]\n", "path={line=3}\n");
-        r("[path.line]\nstart_mm=[0,0]\nend_mm=[1,1]\n", "path.line={start_mm=[0,0],end_mm=[0,0,1]}\n");
-        r("[path.line]\nstart_mm=[0,0]\nend_mm=[1,1]\n", "path.line={start_mm=[0,0],end_mm=[0,'a']}\n");
-        r("[path.line]\nstart_mm=[0,0]\nend_mm=[1,1]\n", "path.line={start_mm=[0,0],end_mm=[0]}\n");
-        r("[path.line]\nstart_mm=[0,0]\nend_mm=[1,1]\n", "path.line={start_mm=[0,0]}\n");
-        r("start_mm=[0,0]\nend_mm", "end_mm");
-        r("[path.line]\n", "[control]\nderivative='exct'\n[path.line]\n");
-        r("[path.line]\n", "[control]\nderivative=3\n[path.line]\n");
-        r("[path.line]\n", "[control]\ndelay_samples=1.5\n[path.line]\n");
-        r("[path.line]\n", "[limits]\ncontour_error=1.5\n[path.line]\n");
-        r("[path.line]\n", "limits=3\n[path.line]\n");
-        r("[path.line]\n", "limits=3 4\n[path.line]\n");
-        r("[path.line]\n", "[limits\n[path.line]\n");
-        r("[path.line]\n", "name=\n[path.line]\n");
-        r("[path.line]\n", "name=\"abc\n[path.line]\n");
-        r("[path.line]\n", "hello\n[path.line]\n");
-        r("[path.line]\n", "hello world\n[path.line]\n");
-        r("[path.line]\n", "name='a'\nname='b'\n[path.line]\n");
-        r("[path.line]\n", "[limits]\n[limits]\n[path.line]\n");
-        r("[path.line]\n", "\u{feff}[path.line]\n");
-        r("[path.line]\n", "name=\"\u{1b}\"\n[path.line]\n");
-        r("[path.line]\n", "\"na\\u001bme\"=1\n[path.line]\n");
-        r("[path.line]\n", "[[axes]]\n[path.line]\n");
-        r("[feedrate]\nfeed_mm_s=1\n[feedrate.profile.quintic]\nphase_s=1\n", "");
-        r("phase_s=1\n", "");
-        r("feed_mm_s=1\n", "");
-        t("".into());
-        t(format!("a = {}", "[".repeat(1000)));
-        t(serde_json::to_string_pretty(&super::file::schema()).unwrap().chars().take(3000).collect());
-        eprintln!("{}", serde_json::to_string_pretty(&super::file::schema()).unwrap().chars().take(6000).collect::<String>());
+mod guard;
+mod overrides;
+
+use std::fmt;
+use std::sync::Arc;
+use std::sync::atomic::AtomicBool;
+
+pub use diagnostics::{Diagnostic, ScenarioError};
+pub use document::{Document, built_in_names};
+pub use guard::{MAX_ARRAY_ITEMS, MAX_TEXT_BYTES};
+
+use crate::feedrate::{Motion, Profile};
+use crate::limits::Limits;
+use crate::optimize::Outcome;
+use crate::path::Path;
+use crate::servo::{AxisParameters, LoopSettings};
+use crate::simulation::{Observer, Simulation, SimulationError};
+use crate::summary::{Summary, SummaryObserver};
+
+/// Everything that a run needs, checked. The fields may be changed before a run; [`Scenario::simulation`] checks the
+/// parameters of the loop again.
+#[derive(Clone)]
+pub struct Scenario {
+    /// Name, also that of the output files.
+    pub name: String,
+    /// The desired path.
+    pub path: Arc<dyn Path<2>>,
+    /// Commanded feed \[mm/s\]; [`Motion::feed_mm_s`] is the one that is reached.
+    pub feed_mm_s: f64,
+    /// The motion along the path, planned from `feed_mm_s`, `profile` and the path's length.
+    pub motion: Motion,
+    /// How the feed is reached and left.
+    pub profile: Profile,
+    /// The search that chose `n_c`, where the file says `n_c = "optimize"`.
+    pub n_c_search: Option<Outcome>,
+    /// The axes, X and Y.
+    pub axes: [AxisParameters; 2],
+    /// How the loop is sampled.
+    pub settings: LoopSettings,
+    /// Limits that a run is held to.
+    pub limits: Limits,
+    /// The text that all this comes from, overrides applied.
+    pub source: String,
+}
+
+impl fmt::Debug for Scenario {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.debug_struct("Scenario")
+            .field("name", &self.name)
+            .field("length_mm", &self.path.length_mm())
+            .field("feed_mm_s", &self.feed_mm_s)
+            .field("profile", &self.profile)
+            .field("axes", &self.axes)
+            .field("settings", &self.settings)
+            .field("limits", &self.limits)
+            .finish_non_exhaustive()
     }
+}
+
+impl Scenario {
+    /// A scenario from its text; `origin` is what messages call the text.
+    ///
+    /// # Errors
+    /// See [`Document::scenario`].
+    pub fn from_toml(text: &str, origin: &str) -> Result<Self, ScenarioError> {
+        Document::from_text(text, origin).scenario()
+    }
+
+    /// A scenario from a file.
+    ///
+    /// # Errors
+    /// See [`Document::read`] and [`Document::scenario`].
+    pub fn load(path: impl AsRef<std::path::Path>) -> Result<Self, ScenarioError> {
+        Document::read(path)?.scenario()
+    }
+
+    /// A scenario that is part of the crate: `alpha`, `heart` or `star`.
+    ///
+    /// # Errors
+    /// There is none of that name.
+    pub fn built_in(name: &str) -> Result<Self, ScenarioError> {
+        let unknown = || {
+            let known = built_in_names().collect::<Vec<_>>().join(", ");
+            let problem = Diagnostic::new(format!("there is no built-in scenario `{}`", diagnostics::brief(name)));
+            ScenarioError::new("", "", vec![problem.help(format!("built in: {known}"))])
+        };
+        Document::built_in(name).ok_or_else(unknown)?.scenario()
+    }
+
+    /// Exponent of the exponential profile.
+    pub fn n_c(&self) -> Option<f64> {
+        match self.profile {
+            Profile::Exponential { n_c, .. } => Some(n_c),
+            _ => None,
+        }
+    }
+
+    /// The run as a stream of control periods.
+    ///
+    /// # Errors
+    /// A parameter of the loop out of range, or too long a run.
+    pub fn simulation(&self) -> Result<Simulation<'_, 2>, SimulationError> {
+        Simulation::new(&*self.path, &self.motion, self.axes, self.settings)
+    }
+
+    /// An observer that gathers the summary of a run of this scenario.
+    pub fn summary_observer(&self) -> SummaryObserver<2> {
+        let search = self.n_c_search.as_ref().map(|outcome| outcome.history.clone());
+        SummaryObserver::new(self.name.as_str()).with_n_c(self.n_c(), search)
+    }
+
+    /// Runs the scenario through the observers and sums it up.
+    ///
+    /// # Errors
+    /// Those of [`Scenario::simulation`] and [`Simulation::run`].
+    pub fn run(&self, observers: &mut [&mut dyn Observer<2>]) -> Result<Summary, SimulationError> {
+        self.run_until(None, observers)
+    }
+
+    /// As [`Scenario::run`], but ends early (with [`Summary::complete`] false) when `stop` is raised.
+    ///
+    /// # Errors
+    /// As [`Scenario::run`].
+    pub fn run_until(
+        &self,
+        stop: Option<&AtomicBool>,
+        observers: &mut [&mut dyn Observer<2>],
+    ) -> Result<Summary, SimulationError> {
+        let mut summary = self.summary_observer();
+        let mut all: Vec<&mut dyn Observer<2>> = Vec::with_capacity(observers.len() + 1);
+        all.push(&mut summary);
+        for observer in observers.iter_mut() {
+            all.push(&mut **observer);
+        }
+        self.simulation()?.run(&self.limits, stop, &mut all)?;
+        Ok(summary.summary())
+    }
+}
+
+/// The JSON schema of a scenario file, for editors.
+pub fn json_schema() -> serde_json::Value {
+    file::schema()
 }

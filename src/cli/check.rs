@@ -1,0 +1,71 @@
+//! `servosim check`: validates scenarios and tells what they plan.
+
+use std::fmt::Write as _;
+
+use clap::Args;
+use servosim::scenario::{Document, Scenario};
+
+use super::output::{figure, margin, print, printable, short};
+use super::{CliError, Outcome, tell};
+
+/// Arguments of `servosim check`.
+#[derive(Debug, Args)]
+#[command(after_help = "\
+Example:
+  servosim check scenarios/*.toml
+
+Exits with 2 if any of them cannot be used.")]
+pub(crate) struct CheckArgs {
+    /// Scenario files, or names of built-in scenarios
+    #[arg(required = true, value_name = "FILE")]
+    files: Vec<String>,
+}
+
+/// Checks every file, in the order given.
+pub(crate) fn run(args: &CheckArgs) -> Result<Outcome, CliError> {
+    let mut invalid = 0;
+    for file in &args.files {
+        match Document::find(file).and_then(|document| document.scenario()) {
+            Ok(scenario) => print(&planned(file, &scenario))?,
+            Err(error) if args.files.len() == 1 => return Err(error.into()),
+            Err(error) => {
+                invalid += 1;
+                tell(&error.into());
+            }
+        }
+    }
+    if invalid == 0 { Ok(Outcome::Fine) } else { Err(CliError::Invalid { invalid, count: args.files.len() }) }
+}
+
+/// One line for a sound scenario, and one for each limit that its plan alone breaks already.
+fn planned(file: &str, scenario: &Scenario) -> String {
+    let peaks = scenario.motion.peaks();
+    let samples = scenario.simulation().map_or(0, |simulation| simulation.samples());
+    let mut out = format!(
+        "{}: ok ({} mm, {} mm/s, {} s, peak jerk {} mm/s³, {samples} samples)\n",
+        printable(file),
+        figure(scenario.path.length_mm(), 6),
+        short(scenario.motion.feed_mm_s(), 5),
+        figure(scenario.motion.total_s(), 4),
+        figure(peaks.jerk_mm_s3, 5),
+    );
+    let limits = [
+        ("accel_mm_s2", peaks.accel_mm_s2, scenario.limits.accel_mm_s2),
+        ("jerk_mm_s3", peaks.jerk_mm_s3, scenario.limits.jerk_mm_s3),
+    ];
+    for (name, value, limit) in limits {
+        if let Some(limit) = limit
+            && value > limit
+        {
+            // Writing to a string does not fail.
+            let _ = writeln!(
+                out,
+                "  the planned motion breaks {name} = {}: {} ({})",
+                short(limit, 5),
+                figure(value, 5),
+                margin(value, limit)
+            );
+        }
+    }
+    out
+}

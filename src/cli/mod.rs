@@ -1,0 +1,148 @@
+//! The command line: one file a subcommand. Results go to standard output, everything else to standard error.
+
+mod check;
+mod new;
+mod output;
+mod progress;
+mod run;
+mod schema;
+mod table;
+
+use std::io::{self, IsTerminal, Write};
+use std::path::PathBuf;
+use std::process::ExitCode;
+
+use clap::{Parser, Subcommand};
+use servosim::scenario::ScenarioError;
+use servosim::simulation::SimulationError;
+
+/// Closed-loop servo simulation for CNC feed drives: from a tool path to the contouring error in micrometres.
+#[derive(Debug, Parser)]
+#[command(version, propagate_version = true, max_term_width = 100, arg_required_else_help = true)]
+#[command(after_help = "\
+Examples:
+  servosim run alpha.toml                              run a scenario and print its figures
+  servosim run heart --set axes.x.pdff.kpp=120         the same with another gain
+  servosim new mine && servosim run mine.toml          start one of your own
+
+Exit codes:
+  0  fine
+  1  failed while running, or interrupted
+  2  wrong usage, or an invalid scenario
+  3  a limit of the scenario was broken, or the loop locked up")]
+struct Cli {
+    #[command(subcommand)]
+    command: Command,
+}
+
+#[derive(Debug, Subcommand)]
+enum Command {
+    /// Run a scenario and print its figures
+    Run(run::RunArgs),
+    /// Check scenarios without running them
+    Check(check::CheckArgs),
+    /// Write a commented scenario to start from
+    New(new::NewArgs),
+    /// Print the JSON schema of scenario files, for editors
+    Schema,
+    // `Inspect(inspect::InspectArgs)` and `Plot(plot::PlotArgs)` join here.
+}
+
+/// Why a command did not do what it was asked for.
+#[derive(Debug, thiserror::Error)]
+pub(crate) enum CliError {
+    /// The scenario cannot be used.
+    #[error(transparent)]
+    Scenario(#[from] ScenarioError),
+    /// Scenarios that were told of already cannot be used.
+    #[error("{invalid} of {count} scenarios cannot be used")]
+    Invalid {
+        /// How many cannot.
+        invalid: usize,
+        /// How many were checked.
+        count: usize,
+    },
+    /// The command line makes no sense.
+    #[error("{0}")]
+    Usage(String),
+    /// The run did not reach its end.
+    #[error(transparent)]
+    Simulation(#[from] SimulationError),
+    /// The user stopped it.
+    #[error("interrupted at t = {time_s:.3} s; what was written until then is complete")]
+    Interrupted {
+        /// When in the simulation.
+        time_s: f64,
+    },
+    /// A file or folder could not be written.
+    #[error("cannot write {}: {source}", path.display())]
+    Write {
+        /// Which one.
+        path: PathBuf,
+        /// Why.
+        source: io::Error,
+    },
+    /// Standard output failed.
+    #[error("cannot write to standard output: {0}")]
+    Stdout(io::Error),
+}
+
+impl CliError {
+    fn exit_code(&self) -> u8 {
+        match self {
+            Self::Scenario(_) | Self::Invalid { .. } | Self::Usage(_) => 2,
+            Self::Simulation(_) | Self::Interrupted { .. } | Self::Write { .. } | Self::Stdout(_) => 1,
+        }
+    }
+}
+
+/// What a command found, where it did what it was asked for.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) enum Outcome {
+    /// All is well.
+    Fine,
+    /// A limit was broken, or the loop locked up.
+    Broken,
+}
+
+/// Parses the command line and does what it says.
+pub(crate) fn main() -> ExitCode {
+    let cli = match Cli::try_parse() {
+        Ok(cli) => cli,
+        Err(error) => {
+            // Help and version come this way too; a reader that has gone away is no failure.
+            let _ = error.print();
+            return ExitCode::from(u8::try_from(error.exit_code()).unwrap_or(2));
+        }
+    };
+    let outcome = match &cli.command {
+        Command::Run(args) => run::run(args),
+        Command::Check(args) => check::run(args),
+        Command::New(args) => new::run(args),
+        Command::Schema => schema::run(),
+    };
+    match outcome {
+        Ok(Outcome::Fine) => ExitCode::SUCCESS,
+        Ok(Outcome::Broken) => ExitCode::from(3),
+        Err(error) => {
+            tell(&error);
+            ExitCode::from(error.exit_code())
+        }
+    }
+}
+
+/// Writes an error to standard error; colour only where a person sees it.
+fn tell(error: &CliError) {
+    let mut stderr = anstream::stderr().lock();
+    let text = match error {
+        CliError::Scenario(error) => error.render(true),
+        other => format!("error: {}\n", output::printable(&other.to_string())),
+    };
+    // Nobody is left to be told of a failure here.
+    let _ = stderr.write_all(text.as_bytes());
+}
+
+/// Whether a person watches standard error.
+fn is_watched() -> bool {
+    io::stderr().is_terminal()
+}

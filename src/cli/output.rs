@@ -1,0 +1,97 @@
+//! Standard output, and numbers for people.
+
+use std::io::{self, Write};
+
+use super::CliError;
+
+/// Writes results to standard output. A reader that has gone away (a closed pipe) is no failure.
+pub(crate) fn print(text: &str) -> Result<(), CliError> {
+    let mut stdout = io::stdout().lock();
+    match stdout.write_all(text.as_bytes()).and_then(|()| stdout.flush()) {
+        Err(error) if error.kind() != io::ErrorKind::BrokenPipe => Err(CliError::Stdout(error)),
+        _ => Ok(()),
+    }
+}
+
+/// `text` without control characters (newlines stay): file names may hold any.
+pub(crate) fn printable(text: &str) -> String {
+    text.chars().map(|c| if c.is_control() && c != '\n' { '\u{fffd}' } else { c }).collect()
+}
+
+/// By how many percent `value` is over `limit`, or how many are left: "over by 12.3 %", "9.9 % to spare".
+pub(crate) fn margin(value: f64, limit: f64) -> String {
+    let share = 100.0 * (value / limit - 1.0);
+    if share.is_infinite() {
+        "over without bound".to_owned()
+    } else if value > limit {
+        format!("over by {} %", percent(share))
+    } else {
+        format!("{} % to spare", percent(-share))
+    }
+}
+
+/// A share that is not zero is not shown as zero.
+pub(crate) fn percent(share: f64) -> String {
+    if share == 0.0 {
+        "0".to_owned()
+    } else if share.abs() < 0.05 {
+        format!("{share:.1e}")
+    } else {
+        format!("{share:.1}")
+    }
+}
+
+/// A number with about `digits` digits, and no more decimals than that needs.
+pub(crate) fn figure(value: f64, digits: usize) -> String {
+    if value == 0.0 {
+        return "0".to_owned();
+    }
+    if !value.is_finite() {
+        return if value.is_nan() { "-".to_owned() } else { "infinite".to_owned() };
+    }
+    let magnitude = value.abs();
+    if !(1e-4..1e9).contains(&magnitude) {
+        return format!("{value:.*e}", digits.saturating_sub(1));
+    }
+    let whole =
+        (0_usize..9).rev().find(|&n| magnitude >= 10f64.powi(i32::try_from(n).unwrap_or(0))).map_or(0, |n| n + 1);
+    format!("{value:.*}", digits.saturating_sub(whole))
+}
+
+/// As [`figure`], without zeros at the end of the decimals.
+pub(crate) fn short(value: f64, digits: usize) -> String {
+    let text = figure(value, digits);
+    if text.contains('.') && !text.contains('e') {
+        text.trim_end_matches('0').trim_end_matches('.').to_owned()
+    } else {
+        text
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn figures_keep_their_digits() {
+        assert_eq!(figure(27.026891, 5), "27.027");
+        assert_eq!(figure(49127.2447, 6), "49127.2");
+        assert_eq!(figure(0.129867327, 6), "0.129867");
+        assert_eq!(figure(1777.7427, 5), "1777.7");
+        assert_eq!(figure(f64::INFINITY, 5), "infinite");
+        assert_eq!(figure(0.0, 5), "0");
+        assert_eq!(figure(1.5e-7, 3), "1.50e-7");
+        assert_eq!(figure(123_456_789.0, 4), "123456789");
+        assert_eq!(short(50_000.0, 5), "50000");
+        assert_eq!(short(8.12, 5), "8.12");
+        assert_eq!(short(30.0, 5), "30");
+    }
+
+    #[test]
+    fn margins_say_which_side() {
+        assert_eq!(margin(33.0, 30.0), "over by 10.0 %");
+        assert_eq!(margin(27.0, 30.0), "10.0 % to spare");
+        assert_eq!(margin(f64::INFINITY, 30.0), "over without bound");
+        assert_eq!(margin(30.003, 30.0), "over by 1.0e-2 %");
+    }
+}

@@ -1,0 +1,322 @@
+//! From the file as written to checked values. Every value is checked, so that all problems are told at once.
+
+use std::ops::Range;
+
+use toml::Spanned;
+
+use super::diagnostics::Diagnostic;
+use super::file::{
+    RawAxis, RawControl, RawDerivative, RawDrive, RawExponent, RawFeedrate, RawLimits, RawPdff, RawPlant, RawProfile,
+    RawScenario,
+};
+use super::{Scenario, check_path};
+use crate::feedrate::{FeedrateError, Motion, Profile, optimize_n_c};
+use crate::limits::Limits;
+use crate::optimize::Outcome;
+use crate::servo::{AxisParameters, Derivative, Drive, LoopSettings, Pdff, Plant, ServoError};
+use crate::simulation::SimulationError;
+
+/// Characters that a name may not hold: it becomes the name of files.
+const NOT_IN_NAMES: &[char] = &['/', '\\', ':', '*', '?', '"', '<', '>', '|'];
+
+/// Length of the path that a feedrate is tried on while the real path is not known \[mm\].
+const ANY_LENGTH_MM: f64 = 1000.0;
+
+type Problems = Vec<Diagnostic>;
+
+/// The checked scenario, or all its problems. `default_name` is its name where the file gives none.
+pub(super) fn scenario(raw: &RawScenario, default_name: &str, source: &str) -> Result<Scenario, Problems> {
+    let mut problems = Vec::new();
+    let name = name(raw.name.as_ref(), default_name, &mut problems);
+    let path = check_path::path(&raw.path).map_err(|mut found| problems.append(&mut found)).ok();
+    let length_mm = path.as_ref().map_or(ANY_LENGTH_MM, |path| path.length_mm());
+    let feedrate = feedrate(&raw.feedrate, length_mm, &mut problems);
+    let settings = control(&raw.control, &mut problems);
+    let axes = [("x", &raw.axes.x), ("y", &raw.axes.y)].map(|(name, raw)| axis(name, raw, &mut problems));
+    let limits = limits(&raw.limits, &mut problems);
+    let (Some(path), Some((motion, profile, n_c_search)), true) = (path, feedrate, problems.is_empty()) else {
+        return Err(problems);
+    };
+    let scenario = Scenario {
+        name,
+        path,
+        feed_mm_s: *raw.feedrate.feed_mm_s.get_ref(),
+        motion,
+        profile,
+        n_c_search,
+        axes,
+        settings,
+        limits,
+        source: source.to_owned(),
+    };
+    match scenario.simulation().map(|simulation| simulation.samples()) {
+        Ok(_) => Ok(scenario),
+        Err(error) => Err(vec![whole(&error, raw)]),
+    }
+}
+
+/// A problem of values that are fine one by one.
+fn whole(error: &SimulationError, raw: &RawScenario) -> Diagnostic {
+    let feed = raw.feedrate.feed_mm_s.span();
+    let problem = Diagnostic::new(error.to_string());
+    match error {
+        SimulationError::TooLong { .. } => {
+            let place = raw.control.period_s.as_ref().map_or(feed, Spanned::span);
+            problem.at(place).help("raise `period_s` or `feed_mm_s`, lower `settling_s`, or shorten the path")
+        }
+        _ => problem.at(feed),
+    }
+}
+
+fn name(raw: Option<&Spanned<String>>, default_name: &str, problems: &mut Problems) -> String {
+    let Some(raw) = raw else { return default_name.to_owned() };
+    let name = raw.get_ref();
+    let wrong = if name.trim().is_empty() {
+        Some("it is empty")
+    } else if name.chars().count() > 100 {
+        Some("it is longer than 100 characters")
+    } else if name.chars().any(char::is_control) || name.contains(NOT_IN_NAMES) || name.starts_with('.') {
+        Some("it has a character that a file name should not have")
+    } else {
+        None
+    };
+    if let Some(wrong) = wrong {
+        problems.push(
+            Diagnostic::new(format!("the name cannot be used: {wrong}"))
+                .at(raw.span())
+                .help("the name becomes that of the output files: letters, digits, spaces, - and _ are fine"),
+        );
+    }
+    name.clone()
+}
+
+fn of_feedrate(error: &FeedrateError, span: Range<usize>) -> Diagnostic {
+    Diagnostic::new(error.to_string()).at(span).help(match error {
+        FeedrateError::OutOfRange { name: "n_c", .. } => {
+            "n_c is usually 5 to 10; n_c = \"optimize\" finds the one with the lowest peak jerk"
+        }
+        FeedrateError::OutOfRange { name: "phase_s", .. } => "give the time to reach the feed in seconds, such as 0.1",
+        FeedrateError::OutOfRange { name: "feed_mm_s", .. } => "give the feed in mm/s, such as 100",
+        FeedrateError::OutOfRange { .. } => "give a positive number, such as accel_mm_s2 = 2000, jerk_mm_s3 = 50000",
+        FeedrateError::NotMonotone { .. } => {
+            "lower n_c, shorten phase_s or raise feed_mm_s; or use [feedrate.profile.quintic]"
+        }
+    })
+}
+
+fn feedrate(raw: &RawFeedrate, length_mm: f64, problems: &mut Problems) -> Option<(Motion, Profile, Option<Outcome>)> {
+    let before = problems.len();
+    // Each value by itself, beside others that are fine, so that none hides another.
+    let mut alone = |span: Range<usize>, feed_mm_s: f64, profile: Profile| {
+        if let Err(error) = Motion::plan(ANY_LENGTH_MM, feed_mm_s, profile) {
+            problems.push(of_feedrate(&error, span));
+        }
+    };
+    let feed_mm_s = *raw.feed_mm_s.get_ref();
+    alone(raw.feed_mm_s.span(), feed_mm_s, Profile::Quintic { phase_s: 0.1 });
+    let (phase, exponent) = match &raw.profile {
+        RawProfile::Linear(phase) | RawProfile::Cubic(phase) | RawProfile::Quintic(phase) => {
+            (Some(&phase.phase_s), None)
+        }
+        RawProfile::Exponential(raw) => (Some(&raw.phase_s), Some(&raw.n_c)),
+        RawProfile::JerkLimited(raw) => {
+            let (accel_mm_s2, jerk_mm_s3) = (*raw.accel_mm_s2.get_ref(), *raw.jerk_mm_s3.get_ref());
+            alone(raw.accel_mm_s2.span(), 100.0, Profile::JerkLimited { accel_mm_s2, jerk_mm_s3: 1e5 });
+            alone(raw.jerk_mm_s3.span(), 100.0, Profile::JerkLimited { accel_mm_s2: 1e3, jerk_mm_s3 });
+            (None, None)
+        }
+    };
+    if let Some(phase) = phase {
+        alone(phase.span(), 100.0, Profile::Quintic { phase_s: *phase.get_ref() });
+    }
+    if let Some(exponent) = exponent
+        && let RawExponent::Given(n_c) = *exponent.get_ref()
+    {
+        // A feed at which every exponent in range keeps the acceleration's sign.
+        alone(exponent.span(), 1e9, Profile::Exponential { phase_s: 0.1, n_c });
+    }
+    if problems.len() > before {
+        return None;
+    }
+
+    let mut search = None;
+    let profile = match &raw.profile {
+        RawProfile::Linear(raw) => Profile::Linear { phase_s: *raw.phase_s.get_ref() },
+        RawProfile::Cubic(raw) => Profile::Cubic { phase_s: *raw.phase_s.get_ref() },
+        RawProfile::Quintic(raw) => Profile::Quintic { phase_s: *raw.phase_s.get_ref() },
+        RawProfile::Exponential(raw) => {
+            let phase_s = *raw.phase_s.get_ref();
+            let n_c = match *raw.n_c.get_ref() {
+                RawExponent::Given(n_c) => n_c,
+                RawExponent::Optimize => match optimize_n_c(feed_mm_s, phase_s) {
+                    Ok(outcome) => search.insert(outcome).point.first().copied().unwrap_or(f64::NAN),
+                    Err(error) => {
+                        problems.push(of_feedrate(&error, raw.n_c.span()));
+                        return None;
+                    }
+                },
+            };
+            Profile::Exponential { phase_s, n_c }
+        }
+        RawProfile::JerkLimited(raw) => {
+            Profile::JerkLimited { accel_mm_s2: *raw.accel_mm_s2.get_ref(), jerk_mm_s3: *raw.jerk_mm_s3.get_ref() }
+        }
+    };
+    let place = exponent.map(Spanned::span).or(phase.map(Spanned::span)).unwrap_or(raw.feed_mm_s.span());
+    match Motion::plan(length_mm, feed_mm_s, profile) {
+        Err(error) => problems.push(of_feedrate(&error, place)),
+        Ok(motion) if !motion.peaks().accel_mm_s2.is_finite() || motion.peaks().jerk_mm_s3.is_nan() => problems.push(
+            Diagnostic::new("the acceleration is too large for a number: the feed is reached in too short a time")
+                .at(place)
+                .help("raise phase_s (0.1 is usual) or lower feed_mm_s"),
+        ),
+        Ok(motion) => return Some((motion, profile, search)),
+    }
+    None
+}
+
+fn of_servo(within: &str, error: &ServoError, span: Range<usize>) -> Diagnostic {
+    Diagnostic::new(format!("{within}{error}")).at(span).help(match error.name {
+        "period_s" => "give the control period in seconds, such as 0.001",
+        "settling_s" => "give the time to go on after the last setpoint in seconds, such as 0.1",
+        "gain_rad_s_v" => "give the motor's speed per volt in rad/s/V, such as 83.0",
+        "time_constant_s" => "give the plant's time constant in seconds, such as 0.2",
+        "transmission_mm_rad" => "give the travel per motor angle in mm/rad: the screw's lead divided by 2π",
+        "torque_to_voltage_v_nm" => "give the voltage per torque in V/(N m), such as 1.4",
+        "voltage_limit_v" => "give the amplifier's largest voltage in V, such as 5",
+        _ => "gains are zero or positive; the paper's are kpp 97, kpv 1.2, kiv 253, kpf 0.8, kvf 0.85",
+    })
+}
+
+fn control(raw: &RawControl, problems: &mut Problems) -> LoopSettings {
+    let mut settings = LoopSettings::default();
+    let mut set = |raw: &Option<Spanned<f64>>, pick: fn(&mut LoopSettings) -> &mut f64| {
+        let Some(raw) = raw else { return };
+        *pick(&mut settings) = *raw.get_ref();
+        let mut alone = LoopSettings::default();
+        *pick(&mut alone) = *raw.get_ref();
+        if let Err(error) = alone.check() {
+            problems.push(of_servo("", &error, raw.span()));
+        }
+    };
+    set(&raw.period_s, |s| &mut s.period_s);
+    set(&raw.settling_s, |s| &mut s.settling_s);
+    match raw.derivative {
+        Some(RawDerivative::Backward) => settings.derivative = Derivative::Backward,
+        Some(RawDerivative::Exact) => settings.derivative = Derivative::Exact,
+        None => {}
+    }
+    if let Some(delay) = &raw.delay_samples {
+        match *delay.get_ref() {
+            0 => settings.one_sample_delay = false,
+            1 => settings.one_sample_delay = true,
+            other => problems.push(
+                Diagnostic::new(format!("delay_samples = {other} is out of range: it must be 0 or 1"))
+                    .at(delay.span())
+                    .help(
+                        "0: the voltage acts at once, as in the paper; 1: one control period later, as in most drives",
+                    ),
+            ),
+        }
+    }
+    settings
+}
+
+/// An axis whose every parameter is in range: what one value is tried in.
+const SOUND: AxisParameters = AxisParameters {
+    plant: Plant { gain_rad_s_v: 1.0, time_constant_s: 1.0 },
+    drive: Drive { transmission_mm_rad: 1.0, torque_to_voltage_v_nm: 1.0, voltage_limit_v: 1.0 },
+    pdff: Pdff { kpp_rad_s_mm: 1.0, kpv_nm_s_rad: 1.0, kiv_1_s: 1.0, kpf_rad_mm: 1.0, kvf: 1.0 },
+};
+
+fn axis(name: &str, raw: &RawAxis, problems: &mut Problems) -> AxisParameters {
+    let mut axis = AxisParameters { drive: Drive::default(), ..SOUND };
+    let before = problems.len();
+    let within = format!("axis {name}: ");
+    let mut set = |raw: &Spanned<f64>, pick: fn(&mut AxisParameters) -> &mut f64| {
+        *pick(&mut axis) = *raw.get_ref();
+        let mut alone = SOUND;
+        *pick(&mut alone) = *raw.get_ref();
+        if let Err(error) = alone.check() {
+            problems.push(of_servo(&within, &error, raw.span()));
+        }
+    };
+    let RawDrive { transmission_mm_rad, torque_to_voltage_v_nm, voltage_limit_v } = &raw.drive;
+    if let Some(raw) = transmission_mm_rad {
+        set(raw, |a| &mut a.drive.transmission_mm_rad);
+    }
+    if let Some(raw) = torque_to_voltage_v_nm {
+        set(raw, |a| &mut a.drive.torque_to_voltage_v_nm);
+    }
+    if let Some(raw) = voltage_limit_v {
+        set(raw, |a| &mut a.drive.voltage_limit_v);
+    }
+    let RawPdff { kpp, kpv, kiv, kpf, kvf } = &raw.pdff;
+    set(kpp, |a| &mut a.pdff.kpp_rad_s_mm);
+    set(kpv, |a| &mut a.pdff.kpv_nm_s_rad);
+    set(kiv, |a| &mut a.pdff.kiv_1_s);
+    set(kpf, |a| &mut a.pdff.kpf_rad_mm);
+    set(kvf, |a| &mut a.pdff.kvf);
+    match &raw.plant {
+        RawPlant::FirstOrder(raw) => {
+            set(&raw.gain_rad_s_v, |a| &mut a.plant.gain_rad_s_v);
+            set(&raw.time_constant_s, |a| &mut a.plant.time_constant_s);
+        }
+        RawPlant::Mechanics(raw) => {
+            let (mechanics, header) = (raw.get_ref(), raw.span());
+            let values = [
+                ("mass_kg", &mechanics.mass_kg, true),
+                ("inertia_kg_m2", &mechanics.inertia_kg_m2, true),
+                ("viscous_friction_nm_s_rad", &mechanics.viscous_friction_nm_s_rad, false),
+            ];
+            for (name, raw, may_be_zero) in values {
+                let value = *raw.get_ref();
+                if !(value.is_finite() && (value > 0.0 || may_be_zero && value == 0.0)) {
+                    let needed = if may_be_zero { "zero or a positive number" } else { "a positive number" };
+                    problems.push(
+                        Diagnostic::new(format!("{within}{name} = {value} is out of range: it must be {needed}"))
+                            .at(raw.span())
+                            .help("units are in the key's name: kg, kg m², N m s/rad"),
+                    );
+                }
+            }
+            if problems.len() == before {
+                let [mass, inertia, friction] = values.map(|(_, raw, _)| *raw.get_ref());
+                axis.plant = Plant::from_mechanics(mass, inertia, friction, &axis.drive);
+                if let Err(error) = (AxisParameters { plant: axis.plant, ..SOUND }).check() {
+                    problems.push(
+                        Diagnostic::new(format!(
+                            "{within}the plant that follows from these mechanics is not sound: {error}"
+                        ))
+                        .at(header)
+                        .help("K = 1/(k_T B) and τ = J/B with J = inertia + mass · transmission²: check the units"),
+                    );
+                }
+            }
+        }
+    }
+    axis
+}
+
+fn limits(raw: &RawLimits, problems: &mut Problems) -> Limits {
+    let RawLimits { contour_error_um, tracking_error_um, voltage_v, accel_mm_s2, jerk_mm_s3 } = raw;
+    let mut check = |name: &str, raw: &Option<Spanned<f64>>| {
+        let raw = raw.as_ref()?;
+        let value = *raw.get_ref();
+        if !(value > 0.0 && value.is_finite()) {
+            problems.push(
+                Diagnostic::new(format!("limit {name} = {value} is out of range: it must be a positive finite number"))
+                    .at(raw.span())
+                    .help("remove the line if this is not to be checked"),
+            );
+        }
+        Some(value)
+    };
+    Limits {
+        contour_error_um: check("contour_error_um", contour_error_um),
+        tracking_error_um: check("tracking_error_um", tracking_error_um),
+        voltage_v: check("voltage_v", voltage_v),
+        accel_mm_s2: check("accel_mm_s2", accel_mm_s2),
+        jerk_mm_s3: check("jerk_mm_s3", jerk_mm_s3),
+    }
+}

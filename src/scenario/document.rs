@@ -1,0 +1,259 @@
+//! Where a scenario's text comes from: a file, the `scenarios` folder, or the program itself.
+
+use std::fs::File;
+use std::io::{self, Read};
+use std::path::{Path, PathBuf};
+
+use serde::Deserialize;
+use toml::de::DeTable;
+use toml_edit::DocumentMut;
+
+use super::diagnostics::{Diagnostic, ScenarioError, brief, nearest};
+use super::file::RawScenario;
+use super::overrides::{self, Override};
+use super::{Scenario, check, explain, guard};
+
+/// The scenarios that are part of the program.
+const BUILT_IN: [(&str, &str); 3] = [
+    ("alpha", include_str!("../../scenarios/alpha.toml")),
+    ("heart", include_str!("../../scenarios/heart.toml")),
+    ("star", include_str!("../../scenarios/star.toml")),
+];
+
+/// Names of the built-in scenarios.
+pub fn built_in_names() -> impl Iterator<Item = &'static str> {
+    BUILT_IN.iter().map(|(name, _)| *name)
+}
+
+/// The text of a scenario, with overrides, before it is checked.
+#[derive(Debug, Clone)]
+pub struct Document {
+    /// Where it comes from, as a person knows it.
+    origin: String,
+    is_built_in: bool,
+    /// Name of the scenario where the text gives none.
+    default_name: String,
+    text: String,
+    overrides: Vec<Override>,
+}
+
+impl Document {
+    /// A text given directly; `origin` is what messages call it, and its stem the scenario's default name.
+    pub fn from_text(text: impl Into<String>, origin: impl Into<String>) -> Self {
+        let (text, origin) = (text.into(), origin.into());
+        let default_name = stem(Path::new(&origin));
+        let text = text.strip_prefix('\u{feff}').map(str::to_owned).unwrap_or(text);
+        Self { origin, is_built_in: false, default_name, text, overrides: Vec::new() }
+    }
+
+    /// The built-in scenario of this name, with or without `.toml`.
+    pub fn built_in(name: &str) -> Option<Self> {
+        let wanted = name.strip_suffix(".toml").unwrap_or(name);
+        let (name, text) = BUILT_IN.iter().find(|(name, _)| *name == wanted)?;
+        let mut document = Self::from_text(*text, format!("{name}.toml"));
+        document.is_built_in = true;
+        Some(document)
+    }
+
+    /// Reads a file.
+    ///
+    /// # Errors
+    /// It does not exist, is a folder, may not be read, is too long, or is not UTF-8 text.
+    pub fn read(path: impl AsRef<Path>) -> Result<Self, ScenarioError> {
+        let path = path.as_ref();
+        Self::open(path).map_err(|error| unreadable(path, &error))?
+    }
+
+    /// Finds a scenario by name: a file of that path first, then one in the folder `scenarios`, then the built-in one;
+    /// each also with `.toml` appended.
+    ///
+    /// # Errors
+    /// There is none (the error says where it was looked for), or it cannot be read.
+    pub fn find(name: &str) -> Result<Self, ScenarioError> {
+        let mut places = Vec::new();
+        for folder in [None, Some("scenarios")] {
+            let plain = folder.map_or_else(|| PathBuf::from(name), |folder| Path::new(folder).join(name));
+            let mut with_extension = plain.clone().into_os_string();
+            with_extension.push(".toml");
+            places.push(plain);
+            if Path::new(name).extension().is_none_or(|extension| extension != "toml") {
+                places.push(with_extension.into());
+            }
+        }
+        let mut folder = None;
+        if !name.is_empty() {
+            for place in &places {
+                match Self::open(place) {
+                    Ok(found) => return found,
+                    Err(error) if is_absent(&error) => {}
+                    Err(error) if is_folder(place) => folder = folder.or(Some((place, error))),
+                    Err(error) => return Err(unreadable(place, &error)),
+                }
+            }
+        }
+        if let Some(document) = Self::built_in(name) {
+            return Ok(document);
+        }
+        Err(folder.map_or_else(|| not_found(name, &places), |(place, error)| unreadable(place, &error)))
+    }
+
+    /// The outer error is one of finding or opening the file, the inner one of its content.
+    fn open(path: &Path) -> io::Result<Result<Self, ScenarioError>> {
+        let file = File::open(path)?;
+        if file.metadata()?.is_dir() {
+            return Err(io::ErrorKind::IsADirectory.into());
+        }
+        let mut bytes = Vec::new();
+        file.take(guard::MAX_TEXT_BYTES as u64 + 1).read_to_end(&mut bytes)?;
+        let origin = path.to_string_lossy().into_owned();
+        let is_too_long = bytes.len() > guard::MAX_TEXT_BYTES;
+        let text = match String::from_utf8(bytes) {
+            Ok(text) if !is_too_long => text,
+            Ok(text) => return Ok(Err(ScenarioError::new(origin, &*text, vec![guard::too_long(&text)]))),
+            Err(error) => {
+                let good = error.utf8_error().valid_up_to();
+                let text = String::from_utf8_lossy(error.as_bytes());
+                let problem = if is_too_long {
+                    guard::too_long(&text)
+                } else {
+                    Diagnostic::new(format!("the file is not UTF-8 text: byte {} does not belong in it", good + 1))
+                        .at(good..good + '\u{fffd}'.len_utf8())
+                        .label("the first such byte")
+                        .help("save the file as UTF-8; is it a scenario at all?")
+                };
+                return Ok(Err(ScenarioError::new(origin, text, vec![problem])));
+            }
+        };
+        Ok(Ok(Self::from_text(text, origin)))
+    }
+
+    /// Where the text comes from: a file name, or that of a built-in scenario.
+    pub fn origin(&self) -> &str {
+        &self.origin
+    }
+
+    /// The text as it is now, overrides applied.
+    pub fn text(&self) -> &str {
+        &self.text
+    }
+
+    /// Replaces one value: `axes.x.pdff.kpp=120`. The key is a dotted TOML key, the value is TOML, or a bare word that is
+    /// taken as a string. Comments stay, missing tables are made, and writing into one of `path`'s, `feedrate.profile`'s or
+    /// a `plant`'s tables removes the other ones.
+    ///
+    /// # Errors
+    /// The text is not `KEY=VALUE`, or the document is not TOML.
+    pub fn set(&mut self, key_value: &str) -> Result<(), ScenarioError> {
+        let alone = |problem| ScenarioError::new("", "", vec![problem]);
+        let new = Override::parse(key_value).map_err(alone)?;
+        // The document's own problems come first: toml_edit would only tell them in other words.
+        self.parse().map_err(|problem| self.error(vec![problem]))?;
+        let mut document: DocumentMut = self
+            .text
+            .parse()
+            .map_err(|error: toml_edit::TomlError| self.error(vec![Diagnostic::new(brief(error.message()))]))?;
+        new.apply(&mut document).map_err(alone)?;
+        self.text = document.to_string();
+        self.overrides.push(new);
+        Ok(())
+    }
+
+    /// Checks everything.
+    ///
+    /// # Errors
+    /// The text is not TOML, has a key that a scenario does not have or lacks one (the first such place), or has values out
+    /// of range (all of them).
+    pub fn scenario(&self) -> Result<Scenario, ScenarioError> {
+        if self.text.trim().is_empty() {
+            let problem = Diagnostic::new("the scenario is empty")
+                .help("`servosim new NAME` writes one to start from, `servosim schema` lists every key");
+            return Err(self.error(vec![problem]));
+        }
+        let raw = self.raw().map_err(|problem| self.error(vec![problem]))?;
+        check::scenario(&raw, &self.default_name, &self.text).map_err(|problems| self.error(problems))
+    }
+
+    fn parse(&self) -> Result<toml::Spanned<DeTable<'_>>, Diagnostic> {
+        guard::check(&self.text)?;
+        DeTable::parse(&self.text).map_err(|error| explain::syntax(&error, &self.text))
+    }
+
+    fn raw(&self) -> Result<RawScenario, Diagnostic> {
+        let table = self.parse()?;
+        if let Some(problem) = explain::array_for_table(table.get_ref()) {
+            return Err(problem);
+        }
+        RawScenario::deserialize(toml::Deserializer::from(table))
+            .map_err(|error| explain::structure(&error, &self.text))
+    }
+
+    fn error(&self, mut problems: Vec<Diagnostic>) -> ScenarioError {
+        overrides::blame(&self.overrides, &self.text, &mut problems);
+        let origin = match (self.is_built_in, self.overrides.is_empty()) {
+            (false, true) => self.origin.clone(),
+            (true, true) => format!("{} (built in)", self.origin),
+            (false, false) => format!("{} (after --set)", self.origin),
+            (true, false) => format!("{} (built in, after --set)", self.origin),
+        };
+        ScenarioError::new(origin, &*self.text, problems)
+    }
+}
+
+fn stem(path: &Path) -> String {
+    path.file_stem().map_or_else(|| "scenario".to_owned(), |stem| stem.to_string_lossy().into_owned())
+}
+
+fn is_absent(error: &io::Error) -> bool {
+    matches!(error.kind(), io::ErrorKind::NotFound | io::ErrorKind::NotADirectory)
+}
+
+fn is_folder(path: &Path) -> bool {
+    path.is_dir()
+}
+
+fn unreadable(path: &Path, error: &io::Error) -> ScenarioError {
+    let shown = path.display().to_string();
+    let problem = if is_folder(path) {
+        Diagnostic::new("this is a folder, not a scenario file").help("give a file in it, such as FOLDER/alpha.toml")
+    } else if error.kind() == io::ErrorKind::PermissionDenied {
+        Diagnostic::new("the scenario may not be read: permission denied")
+            .help(format!("allow it with `chmod u+r {}`, or copy the file", brief(&shown)))
+    } else if is_absent(error) {
+        return not_found(&shown, &[path.to_owned()]);
+    } else {
+        Diagnostic::new(format!("the scenario cannot be read: {error}"))
+    };
+    ScenarioError::new(shown, "", vec![problem])
+}
+
+fn not_found(name: &str, places: &[PathBuf]) -> ScenarioError {
+    let looked = places.iter().map(|place| format!("`{}`", brief(&place.display().to_string()))).collect::<Vec<_>>();
+    let built_in = built_in_names().collect::<Vec<_>>().join(", ");
+    let mut problem = Diagnostic::new(format!("there is no scenario `{}`", brief(name)));
+    let candidates = scenario_files();
+    let base = name.strip_suffix(".toml").unwrap_or(name);
+    let names: Vec<&str> =
+        BUILT_IN.iter().map(|(name, _)| *name).chain(candidates.iter().map(String::as_str)).collect();
+    if let Some(known) = nearest(base, names) {
+        problem = problem.help(format!("did you mean `{known}`?"));
+    }
+    problem = problem
+        .note(format!("looked for {}, and among the built-in scenarios", looked.join(", ")))
+        .help(format!("built in: {built_in}; `servosim new NAME` writes a new one"));
+    ScenarioError::new("", "", vec![problem])
+}
+
+/// Stems of the `.toml` files here and in `scenarios`, sorted.
+fn scenario_files() -> Vec<String> {
+    let mut names: Vec<String> = [".", "scenarios"]
+        .into_iter()
+        .filter_map(|folder| std::fs::read_dir(folder).ok())
+        .flatten()
+        .filter_map(|entry| Some(entry.ok()?.path()))
+        .filter(|path| path.extension().is_some_and(|extension| extension == "toml"))
+        .map(|path| stem(&path))
+        .collect();
+    names.sort();
+    names.dedup();
+    names
+}
