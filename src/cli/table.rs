@@ -2,70 +2,18 @@
 
 use std::fmt::Write as _;
 
-use servosim::summary::Summary;
+use servosim::summary::{AxisSummary, Summary};
 
 use super::output::{figure, margin, percent, printable, short};
+
+/// Label, value, unit and remark.
+type Row = (&'static str, String, &'static str, String);
 
 /// The table, ending in a newline.
 pub(crate) fn table(summary: &Summary) -> String {
     let mut out = format!("{}\n\n", printable(&summary.scenario));
-    let ended = if summary.complete { "" } else { " (interrupted)" };
-    let n_c = summary.n_c.map(|n_c| short(n_c, 5));
-    let searched =
-        summary.n_c_search.as_ref().map(|steps| format!(", found in {} iterations", steps.len().saturating_sub(1)));
-    section(
-        &mut out,
-        &[
-            ("path length", figure(summary.path_length_mm, 8), "mm", String::new()),
-            ("largest curvature", figure(summary.max_curvature_1_mm, 6), "1/mm", String::new()),
-            ("motion time", figure(summary.motion_time_s, 7), "s", String::new()),
-            (
-                "samples",
-                summary.samples.to_string(),
-                "",
-                format!("every {} ms{ended}", short(1e3 * summary.period_s, 6)),
-            ),
-            ("feed reached", figure(summary.feed_mm_s, 6), "mm/s", String::new()),
-            ("peak acceleration", figure(summary.peak_accel_mm_s2, 5), "mm/s²", String::new()),
-            (
-                "peak jerk",
-                figure(summary.peak_jerk_mm_s3, 5),
-                "mm/s³",
-                n_c.map_or(String::new(), |n_c| format!("n_c = {n_c}{}", searched.unwrap_or_default())),
-            ),
-        ],
-    );
-    let at = format!(
-        "at {} s, {} mm along the path",
-        figure(summary.max_contour_error_at_s, 4),
-        figure(summary.max_contour_error_at_mm, 5)
-    );
-    let axes = |pick: fn(&servosim::summary::AxisSummary) -> String| {
-        let each: Vec<String> = summary.axes.iter().map(|axis| format!("{} {}", axis.axis, pick(axis))).collect();
-        each.join(", ")
-    };
-    section(
-        &mut out,
-        &[
-            ("max contouring error", figure(summary.max_contour_error_um, 5), "µm", at),
-            ("rms contouring error", figure(summary.rms_contour_error_um, 5), "µm", String::new()),
-            (
-                "max tracking error",
-                figure(summary.max_tracking_error_um, 5),
-                "µm",
-                axes(|a| figure(a.max_tracking_error_um, 5)),
-            ),
-            (
-                "rms tracking error",
-                figure(summary.rms_tracking_error_um, 5),
-                "µm",
-                axes(|a| figure(a.rms_tracking_error_um, 5)),
-            ),
-            ("peak voltage", figure(summary.peak_voltage_v, 4), "V", axes(|a| figure(a.peak_voltage_v, 4))),
-            ("rms voltage", figure(summary.rms_voltage_v, 4), "V", axes(|a| figure(a.rms_voltage_v, 4))),
-            ("saturated", percent(100.0 * summary.saturated_share), "%", axes(|a| percent(100.0 * a.saturated_share))),
-        ],
-    );
+    section(&mut out, &plan(summary));
+    section(&mut out, &errors(summary));
     limits(&mut out, summary);
     if let Some(lockup) = &summary.lockup {
         // Writing to a string does not fail.
@@ -74,8 +22,59 @@ pub(crate) fn table(summary: &Summary) -> String {
     out
 }
 
+/// What was asked for.
+fn plan(summary: &Summary) -> Vec<Row> {
+    let row = |label, value, digits, unit| (label, figure(value, digits), unit, String::new());
+    let ended = if summary.complete { "" } else { ", interrupted" };
+    let every = format!("every {} ms{ended}", short(1e3 * summary.period_s, 6));
+    let searched = summary.n_c_search.as_ref().map(|steps| steps.len().saturating_sub(1));
+    let exponent = match (summary.n_c, searched) {
+        (Some(n_c), Some(iterations)) => format!("n_c = {}, found in {iterations} iterations", short(n_c, 5)),
+        (Some(n_c), None) => format!("n_c = {}", short(n_c, 5)),
+        (None, _) => String::new(),
+    };
+    vec![
+        row("path length", summary.path_length_mm, 8, "mm"),
+        row("largest curvature", summary.max_curvature_1_mm, 6, "1/mm"),
+        row("motion time", summary.motion_time_s, 7, "s"),
+        ("samples", summary.samples.to_string(), "", every),
+        row("feed reached", summary.feed_mm_s, 6, "mm/s"),
+        row("peak acceleration", summary.peak_accel_mm_s2, 5, "mm/s²"),
+        ("peak jerk", figure(summary.peak_jerk_mm_s3, 5), "mm/s³", exponent),
+    ]
+}
+
+/// What came of it.
+fn errors(summary: &Summary) -> Vec<Row> {
+    let axes = |pick: &dyn Fn(&AxisSummary) -> String| {
+        summary.axes.iter().map(|axis| format!("{} {}", axis.axis, pick(axis))).collect::<Vec<_>>().join(", ")
+    };
+    let row = |label, value, digits, unit, pick: fn(&AxisSummary) -> f64| {
+        (label, figure(value, digits), unit, axes(&|axis| figure(pick(axis), digits)))
+    };
+    let at = format!(
+        "at {} s, {} mm along the path",
+        figure(summary.max_contour_error_at_s, 4),
+        figure(summary.max_contour_error_at_mm, 5)
+    );
+    vec![
+        ("max contouring error", figure(summary.max_contour_error_um, 5), "µm", at),
+        ("rms contouring error", figure(summary.rms_contour_error_um, 5), "µm", String::new()),
+        row("max tracking error", summary.max_tracking_error_um, 5, "µm", |a| a.max_tracking_error_um),
+        row("rms tracking error", summary.rms_tracking_error_um, 5, "µm", |a| a.rms_tracking_error_um),
+        row("peak voltage", summary.peak_voltage_v, 4, "V", |a| a.peak_voltage_v),
+        row("rms voltage", summary.rms_voltage_v, 4, "V", |a| a.rms_voltage_v),
+        (
+            "saturated",
+            percent(100.0 * summary.saturated_share),
+            "%",
+            axes(&|axis| percent(100.0 * axis.saturated_share)),
+        ),
+    ]
+}
+
 /// Rows of label, value, unit and remark, the values aligned at their decimal points.
-fn section(out: &mut String, rows: &[(&str, String, &str, String)]) {
+fn section(out: &mut String, rows: &[Row]) {
     let point = |value: &str| value.find('.').unwrap_or(value.len());
     let before = rows.iter().map(|(_, value, ..)| point(value)).max().unwrap_or(0);
     let behind = rows.iter().map(|(_, value, ..)| value.len() - point(value)).max().unwrap_or(0);

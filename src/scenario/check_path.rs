@@ -204,13 +204,11 @@ fn spline_problem(
             )
         }
         PathError::ZeroEndTangent { end } => {
-            let span = match raw.end_tangents.as_ref().map(Spanned::get_ref).map(Vec::as_slice) {
-                Some([first, last]) => (if *end == "start" { first } else { last }).span(),
-                _ => {
-                    let point = if *end == "start" { given.first() } else { given.last() };
-                    point.map_or_else(|| points.span(), Spanned::span)
-                }
-            };
+            let is_start = *end == "start";
+            let pair = raw.end_tangents.as_ref().map(Spanned::get_ref).map_or([].as_slice(), Vec::as_slice);
+            let ends = if pair.len() == 2 { pair } else { given.as_slice() };
+            let culprit = if is_start { ends.first() } else { ends.last() };
+            let span = culprit.map_or_else(|| points.span(), Spanned::span);
             let help = if from_control {
                 "the first two and the last two control points must differ: they give the direction there"
             } else {

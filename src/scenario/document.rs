@@ -257,3 +257,15 @@ fn scenario_files() -> Vec<String> {
     names.dedup();
     names
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_file_without_permission_is_told_what_to_do() {
+        let error = unreadable(Path::new("mine.toml"), &io::ErrorKind::PermissionDenied.into());
+        let message = error.to_string();
+        assert!(message.contains("permission denied") && message.contains("chmod u+r mine.toml"), "{message}");
+    }
+}

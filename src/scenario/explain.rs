@@ -118,11 +118,14 @@ pub(super) fn structure(error: &toml::de::Error, text: &str) -> Diagnostic {
     }
     if message.starts_with("invalid type: unit variant") || message == "wanted string or table" {
         let variants = variants_of(&place);
-        let needed = match (place.last().map(String::as_str), variants.first()) {
-            (Some("derivative"), _) | (_, None) => "a string, such as \"backward\"".to_owned(),
-            (_, Some(first)) => format!("a table, such as [{}.{first}]", place.join(".")),
+        let (needed, known) = match variants.first() {
+            Some(first) => (format!("a table, such as [{}.{first}]", place.join(".")), list(&variants)),
+            // The only choice that is a word.
+            None => ("a word in quotes".to_owned(), list(&["backward", "exact"])),
         };
-        return Diagnostic::new(format!("wrong type: `{}` must be {needed}", place.join("."))).at(span);
+        return Diagnostic::new(format!("wrong type: `{}` must be {needed}", place.join(".")))
+            .at(span)
+            .help(format!("known here: {known}"));
     }
     wrong_type(message, place.last().map_or("", String::as_str)).at(span)
 }
@@ -141,9 +144,8 @@ fn unknown_key(name: &str, expected: &[&str], within: &str) -> Diagnostic {
 
 fn missing_key(problem: Diagnostic, name: &str, place: &[String]) -> Diagnostic {
     let path = place.iter().map(String::as_str).chain([name]).collect::<Vec<_>>();
-    let described = describe(&path);
-    let is_table = described.as_ref().is_some_and(|(_, is_table)| *is_table);
-    let about = described.map_or(String::new(), |(text, _)| format!("  # {text}"));
+    let (about, is_table) = describe(&path).unwrap_or_default();
+    let about = if about.is_empty() { about } else { format!("  # {about}") };
     let variants = variants_of(&path);
     if let Some(first) = variants.first() {
         problem.label("in here").help(format!("add a table such as [{}.{first}]{about}", path.join(".")))
@@ -263,8 +265,7 @@ fn choices(node: &Value) -> impl Iterator<Item = &Value> {
 
 /// First sentence of a key's description, and whether it is a table.
 fn describe(path: &[&str]) -> Option<(String, bool)> {
-    let schema = file::schema();
-    let node = schema_node(&schema, path)?;
+    let node = schema_node(file::schema(), path)?;
     let text = node.get("description")?.as_str()?.lines().next()?.to_owned();
     let is_table = node.get("properties").is_some() || choices(node).next().is_some();
     Some((text.trim_end_matches('.').to_owned(), is_table))
@@ -273,8 +274,7 @@ fn describe(path: &[&str]) -> Option<(String, bool)> {
 /// Names of the choices of an externally tagged enum.
 fn variants_of(path: &[impl AsRef<str>]) -> Vec<String> {
     let path: Vec<&str> = path.iter().map(AsRef::as_ref).collect();
-    let schema = file::schema();
-    let Some(node) = schema_node(&schema, &path) else { return Vec::new() };
+    let Some(node) = schema_node(file::schema(), &path) else { return Vec::new() };
     choices(node).filter_map(|choice| choice.get("properties")?.as_object()?.keys().next().cloned()).collect()
 }
 
@@ -296,7 +296,7 @@ fn homes_of(name: &str) -> Vec<String> {
         }
     }
     let mut found = Vec::new();
-    search(&file::schema(), name, &mut Vec::new(), &mut found);
+    search(file::schema(), name, &mut Vec::new(), &mut found);
     found.truncate(4);
     found
 }

@@ -2,9 +2,12 @@
 //!
 //! The doc comments here are the descriptions in the JSON schema (`servosim schema`), which editors show.
 
+use std::sync::LazyLock;
+
 use schemars::JsonSchema;
 use serde::Deserialize;
 use serde::de::{self, Deserializer, IgnoredAny, SeqAccess, Visitor};
+use serde_json::Value;
 use toml::Spanned;
 
 /// A closed-loop servo simulation: a tool path, how the feed is reached, two axes, and limits to hold the run to.
@@ -387,11 +390,14 @@ pub(super) struct RawLimits {
     pub(super) jerk_mm_s3: Option<Spanned<f64>>,
 }
 
-/// The JSON schema of the file.
-pub(super) fn schema() -> serde_json::Value {
-    schemars::generate::SchemaSettings::draft2020_12()
-        .with(|settings| settings.inline_subschemas = true)
-        .into_generator()
-        .into_root_schema_for::<RawScenario>()
-        .to_value()
+/// The JSON schema of the file, made once.
+pub(super) fn schema() -> &'static Value {
+    static SCHEMA: LazyLock<Value> = LazyLock::new(|| {
+        schemars::generate::SchemaSettings::draft2020_12()
+            .with(|settings| settings.inline_subschemas = true)
+            .into_generator()
+            .into_root_schema_for::<RawScenario>()
+            .to_value()
+    });
+    &SCHEMA
 }

@@ -185,5 +185,5 @@ impl Scenario {
 
 /// The JSON schema of a scenario file, for editors.
 pub fn json_schema() -> serde_json::Value {
-    file::schema()
+    file::schema().clone()
 }

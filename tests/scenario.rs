@@ -1,0 +1,675 @@
+//! Scenarios: what is read from a file, and what is said about a file that cannot be used.
+
+use std::fmt::Write as _;
+use std::path::Path;
+
+use rand::{Rng, RngExt, SeedableRng};
+use rand_xoshiro::Xoshiro256PlusPlus;
+use servosim::feedrate::Profile;
+use servosim::scenario::{Document, MAX_ARRAY_ITEMS, Scenario, ScenarioError, built_in_names, json_schema};
+use servosim::servo::{Derivative, Drive, LoopSettings};
+
+/// The text of the built-in alpha.
+fn alpha() -> String {
+    Document::built_in("alpha").unwrap().text().to_owned()
+}
+
+/// The same without comments and empty lines, so that a piece of it is found where it counts.
+fn bare() -> String {
+    let text = alpha();
+    let lines = text.lines().filter(|line| !line.starts_with('#') && !line.is_empty());
+    lines.fold(String::new(), |mut out, line| {
+        let _ = writeln!(out, "{line}");
+        out
+    })
+}
+
+/// alpha (without comments) with one piece of its text replaced.
+fn altered(from: &str, to: &str) -> String {
+    let text = bare();
+    assert!(text.contains(from), "alpha.toml holds no `{from}`");
+    text.replacen(from, to, 1)
+}
+
+fn refusal(text: &str) -> ScenarioError {
+    match Scenario::from_toml(text, "it.toml") {
+        Err(error) => error,
+        Ok(scenario) => panic!("accepted: {scenario:?}\n{text}"),
+    }
+}
+
+/// The text is refused, the message points at `place` (the first occurrence of it, as line and column), and says `words`.
+#[track_caller]
+fn assert_refused(text: &str, place: &str, words: &[&str]) {
+    let error = refusal(text);
+    let message = error.to_string();
+    let at = text.find(place).unwrap_or_else(|| panic!("no `{place}` in the text"));
+    let line = 1 + text[..at].matches('\n').count();
+    let column = 1 + text[..at].chars().rev().take_while(|&c| c != '\n').count();
+    assert!(message.contains(&format!("--> it.toml:{line}:{column}\n")), "not at {line}:{column}:\n{message}");
+    for word in words {
+        assert!(message.contains(word), "no `{word}` in\n{message}");
+    }
+    assert!(message.contains("help: "), "no help in\n{message}");
+    assert!(message.lines().all(|line| line.chars().count() < 500), "a very long line in\n{message}");
+}
+
+#[test]
+fn validates_the_built_in_scenarios_against_the_paper() {
+    let of = |name| Scenario::built_in(name).unwrap();
+    let (alpha, heart, star) = (of("alpha"), of("heart.toml"), of("star"));
+    assert_eq!(alpha.name, "alpha");
+    assert_eq!(alpha.profile, Profile::Exponential { phase_s: 0.1, n_c: 8.12 });
+    assert_eq!(alpha.settings, LoopSettings::default());
+    // The default drive is the paper's: the written-out factor is 1/0.716 to the last bit.
+    assert!([&alpha, &heart, &star].iter().all(|s| s.axes.iter().all(|axis| axis.drive == Drive::default())));
+    // Table 2: K, τ, kpp, kpv, kiv, kpf, kvf.
+    let table = |s: &Scenario, axis: usize| {
+        let a = s.axes[axis];
+        let p = a.pdff;
+        [a.plant.gain_rad_s_v, a.plant.time_constant_s, p.kpp_rad_s_mm, p.kpv_nm_s_rad, p.kiv_1_s, p.kpf_rad_mm, p.kvf]
+    };
+    assert_eq!(table(&alpha, 0), [83.0089, 0.19936, 97.38, 1.19, 252.8, 0.8, 0.85]);
+    assert_eq!(table(&alpha, 1), [50.4977, 0.15641, 97.38, 1.53, 253.2, 0.8, 0.85]);
+    for scenario in [&heart, &star] {
+        assert_eq!(table(scenario, 0), [83.0089, 0.19936, 109.95, 1.2, 252.0, 0.8, 0.85]);
+        assert_eq!(table(scenario, 1), [50.4977, 0.15641, 109.95, 1.5, 253.0, 0.8, 0.85]);
+    }
+    // Length [mm], motion time [s], largest curvature [1/mm], max contouring error [µm] from an independent implementation.
+    for (scenario, expected) in
+        [(&alpha, [99.941551, 1.099416, 0.129867, 27.027]), (&heart, [296.759079, 3.067591, 0.072750, 12.506])]
+    {
+        let s = scenario.run(&mut []).unwrap();
+        let found = [s.path_length_mm, s.motion_time_s, s.max_curvature_1_mm, s.max_contour_error_um];
+        for ((found, expected), half_digit) in found.into_iter().zip(expected).zip([5e-7, 5e-7, 5e-7, 5e-4]) {
+            assert!((found - expected).abs() <= half_digit, "{}: {found} is not {expected}", scenario.name);
+        }
+    }
+}
+
+#[test]
+fn every_built_in_scenario_keeps_its_limits() {
+    for name in built_in_names() {
+        let summary = Scenario::built_in(name).unwrap().run(&mut []).unwrap();
+        assert!(summary.passed() && summary.limits.len() == 3, "{name}: {summary:?}");
+    }
+}
+
+#[test]
+fn everything_that_can_be_left_out_has_its_documented_default() {
+    let text = "[path.line]\nstart_mm = [0, 0]\nend_mm = [30, 40]\n[feedrate]\nfeed_mm_s = 100\n\
+        [feedrate.profile.jerk_limited]\naccel_mm_s2 = 2000\njerk_mm_s3 = 5e4\n"
+        .to_owned();
+    let axis = |name: &str| {
+        format!(
+            "[axes.{name}.plant.first_order]\ngain_rad_s_v = 83\ntime_constant_s = 0.2\n\
+            [axes.{name}.pdff]\nkpp = 97\nkpv = 1\nkiv = 250\nkpf = 0.6\nkvf = 1\n"
+        )
+    };
+    let scenario = Scenario::from_toml(&(text + &axis("x") + &axis("y")), "parts/small.toml").unwrap();
+    assert_eq!(scenario.name, "small");
+    assert_eq!(scenario.settings, LoopSettings::default());
+    assert_eq!(scenario.axes[1].drive, Drive::default());
+    assert_eq!(scenario.limits, servosim::limits::Limits::default());
+    assert!((scenario.path.length_mm() - 50.0).abs() < 1e-12);
+    assert!(scenario.run(&mut []).unwrap().limits.is_empty());
+}
+
+#[test]
+fn every_option_reaches_its_value() {
+    let text = altered("derivative = \"backward\"", "derivative = \"exact\"")
+        .replacen("delay_samples = 0", "delay_samples = 1", 1)
+        .replacen("n_c = 8.12", "n_c = \"optimize\"", 1)
+        .replacen("[limits]", "[limits]\ntracking_error_um = 200\nvoltage_v = 5", 1);
+    let scenario = Scenario::from_toml(&text, "it.toml").unwrap();
+    assert_eq!(scenario.settings.derivative, Derivative::Exact);
+    assert!(scenario.settings.one_sample_delay);
+    assert_eq!((scenario.limits.tracking_error_um, scenario.limits.voltage_v), (Some(200.0), Some(5.0)));
+    // The published optimum: n_c = 8.350 with 48 146 mm/s³.
+    assert!((scenario.n_c().unwrap() - 8.350).abs() < 5e-4);
+    assert!((scenario.n_c_search.as_ref().unwrap().objective - 48146.0).abs() < 0.5);
+
+    let mechanics = altered(
+        "[axes.x.plant.first_order]",
+        "[axes.x.plant.mechanics]\nmass_kg = 20\ninertia_kg_m2 = 1e-3\nviscous_friction_nm_s_rad = 0.01\n[unused]",
+    )
+    .replacen("[unused]\ngain_rad_s_v = 83.0089\ntime_constant_s = 0.19936\n", "", 1);
+    let plant = Scenario::from_toml(&mechanics, "it.toml").unwrap().axes[0].plant;
+    // J = 1e-3 + 20 kg (1.59e-3 m/rad)²; K = 1/(k_T B), τ = J/B.
+    assert!((plant.time_constant_s - (1e-3 + 20.0 * 1.59e-3 * 1.59e-3) / 0.01).abs() < 1e-15);
+    assert!((plant.gain_rad_s_v - 0.716 / 0.01).abs() < 1e-12);
+
+    let circle =
+        alpha().replacen("[path.ph_spline]", "[path.circle]\ncentre_mm = [1, 2]\nradius_mm = 10\nstart_deg = 90", 1);
+    let circle = circle.lines().filter(|l| !l.starts_with("control_points_mm") && !l.starts_with("closed"));
+    let circle = Scenario::from_toml(&circle.collect::<Vec<_>>().join("\n"), "it.toml").unwrap();
+    let start = circle.path.frame(0.0, &mut servosim::path::Cursor::default()).point_mm;
+    assert!((start - nalgebra::Vector2::new(1.0, 12.0)).norm() < 1e-12);
+}
+
+#[test]
+fn what_is_not_toml_is_told_with_its_place() {
+    let at_line_end = |text: &str, key: &str| {
+        let error = refusal(text).to_string();
+        let line = 1 + text.lines().position(|l| l.starts_with(key)).unwrap();
+        assert!(error.contains(&format!("--> it.toml:{line}:")), "{error}");
+        error
+    };
+    assert!(at_line_end(&altered("period_s = 0.001", "period_s ="), "period_s").contains("write a value"));
+    assert!(at_line_end(&altered("[limits]", "[limits"), "[limits").contains("unclosed table"));
+    assert_refused(&altered("0.001", "1ms"), "1ms", &["not a TOML value", "no unit"]);
+    assert_refused(&altered("[limits]", "[control]\n[limits]"), "control]\n[limits]", &["duplicate", "remove one"]);
+    assert!(refusal("This is a letter.\nNot a scenario.\n").to_string().contains("--> it.toml:1:"));
+    assert!(refusal("\0\u{1}\u{2}binary").to_string().contains("--> it.toml:1:"));
+}
+
+#[test]
+fn an_empty_text_is_told_what_to_do() {
+    for text in ["", "\n", "  \r\n\t", "\u{feff}"] {
+        let message = refusal(text).to_string();
+        assert!(message.contains("empty") && message.contains("servosim new"), "{message}");
+    }
+    let message = refusal("# nothing but a remark").to_string();
+    assert!(message.contains("it.toml:1:1") && message.contains("`path` is missing"), "{message}");
+}
+
+#[test]
+fn a_wrong_type_is_told_with_the_right_one() {
+    assert_refused(&altered("kpp = 97.38", "kpp = \"97\""), "\"97\"", &["`kpp` must be a number", "without quotes"]);
+    assert_refused(&altered("kpp = 97.38", "kpp = [9, 7]"), "[9, 7]", &["`kpp` must be a number, not a list"]);
+    assert_refused(&altered("closed = false", "closed = 'no'"), "'no'", &["`closed` must be true or false"]);
+    assert_refused(&altered("[path", "name = 7\n[path"), "7\n[path", &["`name` must be a string"]);
+    assert_refused(&altered("delay_samples = 0", "delay_samples = 0.5"), "0.5", &["a whole number"]);
+    assert_refused(&altered("[12, 18]", "[12, 18, 3]"), "[12, 18, 3]", &["must be [x, y]", "length 3"]);
+    assert_refused(&altered("[12, 18]", "[12]"), "[12]", &["must be [x, y]", "length 1"]);
+    assert_refused(&altered("[12, 18]", "12"), "12, [24", &["must be [x, y]"]);
+    assert_refused(&altered("[12, 18]", "[12, 'x']"), "'x'", &["a number"]);
+    assert_refused(&altered("n_c = 8.12", "n_c = \"best\""), "\"best\"", &["a number or \"optimize\""]);
+    assert_refused(&altered("[limits]", "[[limits]]"), "limits]]", &["must be a table", "single brackets"]);
+    assert_refused("path = 'line'", "'line'", &["`path` must be a table, such as [path.ph_spline]"]);
+    assert_refused("path = 3", "3", &["`path` must be a table"]);
+    // A table by position would be read without its keys.
+    assert_refused("feedrate = [1, 2]", "feedrate", &["must be a table"]);
+}
+
+#[test]
+fn an_unknown_key_is_told_with_the_nearest_known_one() {
+    assert_refused(
+        &altered("kpp = 97.38", "kp = 97.38"),
+        "kp = ",
+        &["unknown key `kp`", "did you mean `kpp`?", "`kvf`"],
+    );
+    assert_refused(
+        &altered("contour_error_um", "contour_error"),
+        "contour_error",
+        &["did you mean `contour_error_um`?"],
+    );
+    assert_refused(&altered("[control]", "[contol]"), "contol]", &["unknown key `contol`", "did you mean `control`?"]);
+    assert_refused(
+        &altered("profile.exponential", "profile.exponental"),
+        "exponental]",
+        &["did you mean `exponential`?"],
+    );
+    assert_refused(&altered("path.ph_spline", "path.spline"), "spline]", &["`path` cannot be `spline`", "`line`"]);
+    assert_refused(
+        &altered("\"backward\"", "\"backwards\""),
+        "\"backwards\"",
+        &["did you mean `backward`?", "`exact`"],
+    );
+    // A key that is known elsewhere is told its home.
+    assert_refused(&altered("feed_mm_s = 100", "feed_mm_s = 100\nkiv = 2"), "kiv = 2", &["[axes.x.pdff]"]);
+    // A strange name cannot write to the terminal.
+    let text = altered("[limits]", "[limits]\n\"\\u001b[31m\\nred\" = 1");
+    assert_refused(&text, "\"\\u001b", &["\\u{1b}[31m red"]);
+    assert!(!refusal(&text).to_string().contains('\u{1b}'));
+}
+
+#[test]
+fn a_missing_key_is_told_at_its_table() {
+    assert_refused(
+        &altered("kpp = 97.38\n", ""),
+        "[axes.x.pdff]",
+        &["`kpp` is missing in [axes.x.pdff]", "add a line `kpp"],
+    );
+    assert_refused(&altered("phase_s = 0.1\n", ""), "[feedrate.profile.exponential]", &["`phase_s` is missing"]);
+    assert_refused(&altered("feed_mm_s = 100\n", ""), "[feedrate]", &["`feed_mm_s` is missing in [feedrate]"]);
+    let text = bare();
+    let plant = text.find("[axes.y.plant.first_order]").unwrap();
+    let drive = text.find("[axes.y.drive]").unwrap();
+    let without = format!("{}{}", &text[..plant], &text[drive..]);
+    assert_refused(&without, "y.drive]", &["`plant` is missing in [axes.y]", "[axes.y.plant.first_order]"]);
+    assert_refused(
+        &altered("[path.ph_spline]", "[path]\n[unused]"),
+        "[path]",
+        &["[path] holds none of", "[path.ph_spline]"],
+    );
+    assert_refused(
+        &altered("[path.ph_spline]", "[path.circle]\nradius_mm = 1\n[path.ph_spline]"),
+        "path.circle]",
+        &["more than one of `ph_spline`, `line`, `circle`"],
+    );
+    let points = bare().lines().find(|l| l.starts_with("control_points_mm")).unwrap().to_owned();
+    assert_refused(&altered(&points, ""), "path.ph_spline]", &["neither", "control_points_mm ="]);
+    let both = format!("{points}\nnodal_points_mm = [[0, 0], [1, 1]]");
+    assert_refused(&altered(&points, &both), "[[0, 0], [1, 1]]", &["both", "keep one"]);
+}
+
+#[test]
+fn nan_and_infinity_are_refused_everywhere() {
+    let keys = [
+        "feed_mm_s = 100",
+        "phase_s = 0.1",
+        "n_c = 8.12",
+        "period_s = 0.001",
+        "settling_s = 0.1",
+        "gain_rad_s_v = 83.0089",
+        "time_constant_s = 0.19936",
+        "transmission_mm_rad = 1.59",
+        "torque_to_voltage_v_nm = 1.3966480446927374",
+        "voltage_limit_v = 5",
+        "kpp = 97.38",
+        "kpv = 1.19",
+        "kiv = 252.8",
+        "kpf = 0.8",
+        "kvf = 0.85",
+        "contour_error_um = 30",
+        "accel_mm_s2 = 2000",
+        "jerk_mm_s3 = 50000",
+    ];
+    for line in keys {
+        let key = line.split(' ').next().unwrap();
+        for value in ["nan", "-nan", "inf", "-inf", "1e300"] {
+            // A limit of 1e300 is never broken, but it is a number.
+            if value == "1e300" && (key.starts_with("contour") || key.starts_with("accel") || key.starts_with("jerk")) {
+                continue;
+            }
+            let text = altered(&format!("\n{line}\n"), &format!("\n{key} = {value}\n"));
+            let place = format!("{value}\n");
+            assert_refused(&text, &place, &[key]);
+        }
+    }
+    for value in ["nan", "inf", "-inf"] {
+        let point = format!("[12, {value}]");
+        assert_refused(&altered("[12, 18]", &point), &point, &["not a finite number", "millimetres"]);
+    }
+}
+
+#[test]
+fn values_out_of_range_are_told_with_the_range() {
+    for (line, wrong, words) in [
+        ("period_s = 0.001", ["0", "-0.001"], "0.001"),
+        ("settling_s = 0.1", ["-1", "-1e-9"], "settling_s"),
+        ("time_constant_s = 0.19936", ["0", "-0.2"], "positive"),
+        ("gain_rad_s_v = 83.0089", ["0", "-83"], "positive"),
+        ("voltage_limit_v = 5", ["0", "-5"], "positive"),
+        ("kpp = 97.38", ["-97.38", "-1"], "zero or a positive"),
+        ("phase_s = 0.1", ["0", "-0.1"], "positive"),
+        ("feed_mm_s = 100", ["0", "-100"], "positive"),
+        ("n_c = 8.12", ["0.5", "21"], "between 1 and 20"),
+        ("delay_samples = 0", ["2", "-1"], "0 or 1"),
+        ("jerk_mm_s3 = 50000", ["0", "-1"], "positive"),
+    ] {
+        let key = line.split(' ').next().unwrap();
+        for value in wrong {
+            let text = altered(&format!("\n{line}\n"), &format!("\n{key} = {value} # here\n"));
+            assert_refused(&text, &format!("{value} # here"), &[words, "out of range"]);
+        }
+    }
+    let mechanics = |mass: &str, friction: &str| {
+        altered(
+            "gain_rad_s_v = 83.0089\ntime_constant_s = 0.19936",
+            &format!("mass_kg = {mass}\ninertia_kg_m2 = 0\nviscous_friction_nm_s_rad = {friction}"),
+        )
+        .replacen("plant.first_order]", "plant.mechanics]", 1)
+    };
+    assert_refused(&mechanics("-1", "0.1"), "-1\ninertia", &["mass_kg", "zero or a positive"]);
+    assert_refused(&mechanics("nan", "0.1"), "nan\ninertia", &["mass_kg"]);
+    assert_refused(&mechanics("1", "0"), "0\n[axes.x.drive]", &["viscous_friction_nm_s_rad"]);
+    assert_refused(&mechanics("0", "1"), "[axes.x.plant.mechanics]", &["time_constant_s"]);
+    // Sound one by one, not together.
+    assert_refused(&altered("n_c = 8.12", "n_c = 19"), "19\n", &["too strong", "lower n_c"]);
+    assert_refused(&altered("period_s = 0.001", "period_s = 1e-9"), "1e-9", &["control periods", "raise `period_s`"]);
+    assert_refused(&altered("phase_s = 0.1", "phase_s = 1e-307"), "8.12", &["raise phase_s"]);
+    assert_refused(&altered("[path", "name = \"../x\"\n[path"), "\"../x\"", &["name cannot be used"]);
+}
+
+#[test]
+fn all_problems_are_told_at_once() {
+    let text = altered("kpp = 97.38", "kpp = nan")
+        .replacen("kpv = 1.19", "kpv = -1", 1)
+        .replacen("period_s = 0.001", "period_s = 0", 1)
+        .replacen("feed_mm_s = 100", "feed_mm_s = 0", 1)
+        .replacen("n_c = 8.12", "n_c = 99", 1)
+        .replacen("contour_error_um = 30", "contour_error_um = -30", 1)
+        .replacen("[12, 18]", "[12, 1e9]", 1)
+        .replacen("[36, 9]", "[nan, 9]", 1);
+    let error = refusal(&text);
+    assert_eq!(error.problems().len(), 8, "{error}");
+    assert_eq!(error.to_string().matches("--> it.toml:").count(), 8, "{error}");
+}
+
+#[test]
+fn paths_that_cannot_be_are_told_at_their_points() {
+    let with = |points: &str, more: &str| {
+        let line = bare().lines().find(|l| l.starts_with("control_points_mm")).unwrap().to_owned();
+        altered(&line, points).replacen("closed = false", more, 1)
+    };
+    let control = |points: &str| with(&format!("control_points_mm = {points}"), "closed = false");
+    let nodal = |points: &str, more: &str| with(&format!("nodal_points_mm = {points}"), more);
+    assert_refused(&control("[[0, 0], [1, 1], [2, 0]]"), "[[0, 0], [1, 1]", &["3 control points are too few", "4"]);
+    assert_refused(&control("[]"), "[]", &["0 control points are too few"]);
+    assert_refused(&nodal("[[0, 0]]", ""), "[[0, 0]]", &["1 nodal points are too few"]);
+    assert_refused(
+        &nodal("[[0, 0], [5, 5], [5, 5], [9, 0]]", ""),
+        "[5, 5], [9",
+        &["1 and 2 coincide", "remove or move"],
+    );
+    assert_refused(
+        &nodal("[[0, 0], [5, 5], [9, 0], [0, 0]]", "closed = true"),
+        "[0, 0]]",
+        &["coincide", "gives its first point once"],
+    );
+    assert_refused(&nodal("[[0, 0], [10, 0], [0, 0]]", ""), "[10, 0]", &["turns back on itself", "no cusp"]);
+    assert_refused(&control("[[0, 0], [1e9, 0], [2, 0], [3, 3]]"), "[1e9, 0]", &["±1000000 mm", "millimetres"]);
+    assert_refused(
+        &control("[[0, 0], [3, 3], [3, 3], [3, 3], [3, 3], [3, 3], [9, 9]]"),
+        "[3, 3], [3, 3], [3, 3], [9",
+        &["coincide", "control point 3, the nearest to nodal point 2", "counted from 0"],
+    );
+    assert_refused(&control("[[0, 0], [0, 0], [9, 9], [20, 0]]"), "[0, 0], [0, 0]", &["end tangent at the start"]);
+    let tangents = |t: &str| nodal("[[0, 0], [9, 9], [20, 0]]", &format!("end_tangents = {t}"));
+    assert_refused(&tangents("[[1, 1]]"), "[[1, 1]]", &["two are needed"]);
+    assert_refused(&tangents("[[1, 1], [0, 0]]"), "[0, 0]]", &["end tangent at the end", "leave `end_tangents` out"]);
+    assert_refused(&tangents("[[1, inf], [1, 0]]"), "[1, inf]", &["not a finite number"]);
+    Scenario::from_toml(&tangents("[[9, 9], [9, -9]]"), "it.toml").unwrap();
+    let line = |text: &str| format!("[path.line]\n{text}{}", &bare()[bare().find("[feedrate]").unwrap()..]);
+    assert_refused(&line("start_mm = [1, 1]\nend_mm = [1, 1]\n"), "[1, 1]\n[feed", &["coincide", "move `end_mm`"]);
+    let circle = |text: &str| line(text).replacen("path.line", "path.circle", 1);
+    assert_refused(&circle("centre_mm = [0, 0]\nradius_mm = 0\n"), "0\n[feed", &["radius", "above 0"]);
+    assert_refused(&circle("centre_mm = [0, 0]\nradius_mm = 5\nstart_deg = nan\n"), "nan", &["start_deg"]);
+}
+
+#[test]
+fn too_much_is_refused_before_it_is_parsed() {
+    let text = format!("[path.ph_spline]\ncontrol_points_mm = [{}]\n", "[0,0],".repeat(10_000_000));
+    assert_refused(&text, "control_points_mm", &["10000000 items", "at most 1000000"]);
+    for opening in ["a = [", "a = {a="] {
+        let (key, bracket) = opening.split_at(4);
+        let text = format!("{key}{}", bracket.repeat(100_000));
+        let message = refusal(&text).to_string();
+        assert!(message.contains("nested too deeply") && message.contains("it.toml:1:"), "{message}");
+        assert!(message.len() < 1000, "{message}");
+    }
+    for text in [format!("a{} = 1", ".a".repeat(100_000)), format!("[a{}]", ".a".repeat(100_000)), "[".repeat(100_000)]
+    {
+        let message = refusal(&text).to_string();
+        assert!(message.contains("it.toml:1:") && message.len() < 1000, "{message}");
+    }
+}
+
+#[test]
+fn a_mistake_in_a_very_long_line_is_shown_cropped() {
+    let many = "[1.25, 2.5], ".repeat(42_000);
+    let text = altered("[12, 18], ", &format!("[12, 18], {many}[3, 'x'], {many}"));
+    assert!(text.len() > 1 << 20);
+    assert_refused(&text, "'x'", &["[3, 'x']", "a number", "…"]);
+    // One more point than is read.
+    let many = "[1.25, 2.5], ".repeat(MAX_ARRAY_ITEMS + 1);
+    assert_refused(&altered("[12, 18], ", &many), "control_points_mm = ", &["at most 1000000"]);
+}
+
+#[test]
+fn line_ends_and_byte_order_marks_change_nothing() {
+    let plain = Scenario::from_toml(&alpha(), "alpha.toml").unwrap();
+    for text in [alpha().replace('\n', "\r\n"), format!("\u{feff}{}", alpha())] {
+        let other = Scenario::from_toml(&text, "alpha.toml").unwrap();
+        assert_eq!(other.run(&mut []).unwrap(), plain.run(&mut []).unwrap());
+    }
+    let text = altered("kpp = 97.38", "kp = 97.38").replace('\n', "\r\n");
+    assert_refused(&text, "kp = ", &["did you mean `kpp`?"]);
+    let with_mark = format!("\u{feff}kp = 1\n{}", alpha());
+    assert!(refusal(&with_mark).to_string().contains("it.toml:1:1\n"));
+}
+
+fn with(sets: &[&str]) -> Result<Scenario, ScenarioError> {
+    let mut document = Document::built_in("alpha").unwrap();
+    for set in sets {
+        document.set(set)?;
+    }
+    document.scenario()
+}
+
+#[test]
+fn a_value_that_is_set_is_the_only_thing_that_changes() {
+    let mut document = Document::built_in("alpha").unwrap();
+    document.set("axes.x.pdff.kpp=120").unwrap();
+    document.set("limits.contour_error_um = 40.5").unwrap();
+    let changed: Vec<(String, String)> = alpha()
+        .lines()
+        .zip(document.text().lines())
+        .filter(|(before, after)| before != after)
+        .map(|(before, after)| (before.to_owned(), after.to_owned()))
+        .collect();
+    let line = |text: &str| text.to_owned();
+    assert_eq!(
+        changed,
+        [(line("kpp = 97.38"), line("kpp = 120")), (line("contour_error_um = 30"), line("contour_error_um = 40.5"))]
+    );
+    let scenario = document.scenario().unwrap();
+    assert_eq!(scenario.axes[0].pdff.kpp_rad_s_mm, 120.0);
+    assert_eq!(scenario.axes[1].pdff.kpp_rad_s_mm, 97.38);
+    assert_eq!(scenario.source, document.text());
+    // The text that is kept is the whole truth.
+    let again = Scenario::from_toml(&scenario.source, "alpha.toml").unwrap();
+    assert_eq!(again.run(&mut []).unwrap(), scenario.run(&mut []).unwrap());
+}
+
+#[test]
+fn words_lists_and_new_tables_can_be_set() {
+    assert_eq!(with(&["name=foo"]).unwrap().name, "foo");
+    assert_eq!(with(&["name=\"foo = bar\""]).unwrap().name, "foo = bar");
+    assert_eq!(with(&["control.derivative=exact"]).unwrap().settings.derivative, Derivative::Exact);
+    assert!(with(&["feedrate.profile.exponential.n_c=optimize"]).unwrap().n_c_search.is_some());
+    let line = with(&["path={line={start_mm=[0,0],end_mm=[3,4]}}"]).unwrap();
+    assert!((line.path.length_mm() - 5.0).abs() < 1e-12);
+    let mut bare = Document::from_text(alpha()[..alpha().find("[limits]").unwrap()].to_owned(), "bare.toml");
+    bare.set("limits.voltage_v=4.5").unwrap();
+    assert_eq!(bare.scenario().unwrap().limits.voltage_v, Some(4.5));
+    // The last one counts.
+    assert_eq!(with(&["axes.y.pdff.kpp=1", "axes.y.pdff.kpp=2"]).unwrap().axes[1].pdff.kpp_rad_s_mm, 2.0);
+    // A comment behind a value stays.
+    let mut heart = Document::built_in("heart").unwrap();
+    heart.set("axes.x.pdff.kpp=7").unwrap();
+    assert!(heart.text().contains("kpp = 7  # rad/s/mm\n"), "{}", heart.text());
+}
+
+#[test]
+fn setting_another_choice_replaces_the_one_that_is_there() {
+    assert_eq!(with(&["feedrate.profile.quintic.phase_s=0.2"]).unwrap().profile, Profile::Quintic { phase_s: 0.2 });
+    assert_eq!(
+        with(&["feedrate.profile.jerk_limited.accel_mm_s2=2000", "feedrate.profile.jerk_limited.jerk_mm_s3=5e4"])
+            .unwrap()
+            .profile,
+        Profile::JerkLimited { accel_mm_s2: 2000.0, jerk_mm_s3: 5e4 }
+    );
+    let circle = with(&["path.circle.radius_mm=10", "path.circle.centre_mm=[0, 0]"]).unwrap();
+    assert!((circle.path.length_mm() - std::f64::consts::TAU * 10.0).abs() < 1e-12);
+    let plant = "axes.y.plant.mechanics";
+    let sets = ["mass_kg=20", "inertia_kg_m2=1e-3", "viscous_friction_nm_s_rad=0.01"].map(|s| format!("{plant}.{s}"));
+    let mechanics = with(&sets.each_ref().map(String::as_str)).unwrap();
+    assert!((mechanics.axes[1].plant.gain_rad_s_v - 71.6).abs() < 1e-9);
+    // Within an inline table too.
+    let mut inline = Document::from_text(
+        altered(
+            "[feedrate.profile.exponential]",
+            "profile = { exponential = { phase_s = 0.1, n_c = 8.12 } }\n[unused]",
+        )
+        .replacen("\n[unused]", "", 1)
+        .replacen("\nphase_s = 0.1\n", "\n", 1)
+        .replacen("\nn_c = 8.12\n", "\n", 1),
+        "inline.toml",
+    );
+    inline.set("feedrate.profile.cubic.phase_s=0.3").unwrap();
+    assert_eq!(inline.scenario().unwrap().profile, Profile::Cubic { phase_s: 0.3 });
+}
+
+#[test]
+fn a_mistake_in_what_is_set_is_blamed_on_it() {
+    let message = |sets: &[&str]| match with(sets) {
+        Err(error) => error.to_string(),
+        Ok(scenario) => panic!("{sets:?} accepted: {scenario:?}"),
+    };
+    for (set, words) in [
+        ("axes.x.pdff.kpp=-1", "zero or a positive"),
+        ("axes.x.pdff.kpp=fast", "must be a number"),
+        ("axes.x.pdff.kp=1", "did you mean `kpp`?"),
+        ("feedrate.profile.quintc.phase_s=1", "did you mean `quintic`?"),
+        ("feedrate.profile.jerk_limited.accel_mm_s2=1", "`jerk_mm_s3` is missing"),
+        ("control=3", "must be a table"),
+        ("path.ph_spline.control_points_mm=[[0,0]]", "too few"),
+    ] {
+        let message = message(&[set]);
+        assert!(message.contains(words), "{set}: {message}");
+        assert!(message.contains(&format!("this comes from `--set {set}`")), "{set}: {message}");
+        assert!(message.contains("--> alpha.toml (built in, after --set):"), "{set}: {message}");
+    }
+    for (set, words) in [
+        ("kpp", "has no `=`"),
+        ("=3", "not a key"),
+        ("a b=3", "not a key"),
+        ("limits.voltage_v=", "has no value"),
+        ("limits.voltage_v=[1", "not TOML"),
+        ("limits.voltage_v=3 volts", "not TOML"),
+        ("feedrate.feed_mm_s.x=3", "`feed_mm_s` is a value"),
+        ("name=\u{1b}[31m", "not TOML"),
+    ] {
+        let message = message(&[set]);
+        assert!(message.contains(words) && message.contains("help: "), "{set}: {message}");
+        assert!(!message.contains('\u{1b}'), "{set}: {message:?}");
+    }
+    assert!(message(&[&format!("a{}=1", ".a".repeat(100_000))]).len() < 1000);
+    assert!(message(&[&format!("a={}", "[".repeat(100_000))]).contains("too deeply"));
+    // What the file did wrong is not blamed on what was set.
+    let mut document = Document::from_text(altered("kpv = 1.19", "kpv = -1"), "mine.toml");
+    document.set("axes.x.pdff.kpp=120").unwrap();
+    assert!(!document.scenario().unwrap_err().to_string().contains("this comes from"));
+    let mut broken = Document::from_text(altered("period_s = 0.001", "period_s ="), "mine.toml");
+    assert!(broken.set("name=foo").unwrap_err().to_string().contains("write a value"));
+}
+
+/// Every key path of a document, with `*` for nothing: tables and values alike.
+fn key_paths(value: &toml::Value, path: &mut Vec<String>, found: &mut Vec<Vec<String>>) {
+    if let toml::Value::Table(table) = value {
+        for (key, inner) in table {
+            path.push(key.clone());
+            found.push(path.clone());
+            key_paths(inner, path, found);
+            path.pop();
+        }
+    }
+}
+
+/// Whether the schema knows the key path, refusing what a closed table does not list.
+fn schema_accepts(node: &serde_json::Value, path: &[String]) -> bool {
+    let Some((first, rest)) = path.split_first() else { return true };
+    if let Some(properties) = node.get("properties") {
+        assert_eq!(node["additionalProperties"], false, "an open table before {path:?}");
+        return properties.get(first).is_some_and(|next| schema_accepts(next, rest));
+    }
+    ["oneOf", "anyOf"]
+        .iter()
+        .filter_map(|key| node.get(key)?.as_array())
+        .flatten()
+        .any(|choice| schema_accepts(choice, path))
+}
+
+#[test]
+fn the_schema_knows_the_keys_of_the_built_in_scenarios_and_no_others() {
+    let schema = json_schema();
+    let mut seen = 0;
+    for name in built_in_names() {
+        let value: toml::Value = toml::from_str(Document::built_in(name).unwrap().text()).unwrap();
+        let mut paths = Vec::new();
+        key_paths(&value, &mut Vec::new(), &mut paths);
+        for path in &paths {
+            assert!(schema_accepts(&schema, path), "{name}: the schema does not know {path:?}");
+            let mut wrong = path.clone();
+            wrong.last_mut().unwrap().push('x');
+            assert!(!schema_accepts(&schema, &wrong), "{name}: the schema accepts {wrong:?}");
+            seen += 1;
+        }
+    }
+    assert!(seen > 100, "{seen}");
+    assert_eq!(schema["required"], serde_json::json!(["path", "feedrate", "axes"]));
+}
+
+#[test]
+fn the_schema_describes_every_key() {
+    fn check(node: &serde_json::Value, path: &str) {
+        if let Some(properties) = node.get("properties").and_then(serde_json::Value::as_object) {
+            for (key, inner) in properties {
+                assert!(inner.get("description").is_some(), "{path}.{key} has no description");
+                check(inner, &format!("{path}.{key}"));
+            }
+        }
+        for choice in node.get("oneOf").and_then(serde_json::Value::as_array).into_iter().flatten() {
+            check(choice, path);
+        }
+    }
+    check(&json_schema(), "");
+}
+
+#[test]
+fn files_are_read_and_what_cannot_be_read_is_told() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("mine.toml");
+    std::fs::write(&path, alpha()).unwrap();
+    assert_eq!(Scenario::load(&path).unwrap().name, "mine");
+    let message = |path: &Path| Scenario::load(path).unwrap_err().to_string();
+    assert!(message(&folder.path().join("nothing.toml")).contains("there is no scenario"));
+    assert!(message(folder.path()).contains("this is a folder"));
+    let mut bytes = altered("kpp = 97.38", "kpp = µ?").into_bytes();
+    let place = bytes.windows(2).position(|pair| pair == "µ".as_bytes()).unwrap();
+    bytes[place + 1] = b'?';
+    std::fs::write(&path, &bytes).unwrap();
+    let line = 1 + bytes[..place].iter().filter(|&&b| b == b'\n').count();
+    let found = message(&path);
+    assert!(found.contains("not UTF-8") && found.contains(&format!("mine.toml:{line}:7\n")), "{found}");
+}
+
+/// Random damage never panics and always gets a message that can be shown.
+#[test]
+fn damaged_text_is_refused_or_accepted_but_never_worse() {
+    let mut random = Xoshiro256PlusPlus::seed_from_u64(2);
+    let meaning = bare().into_bytes();
+    let (mut accepted, mut refused) = (0, 0);
+    for case in 0..4000 {
+        let mut bytes = meaning.clone();
+        for _ in 0..random.random_range(1..4) {
+            let at = random.random_range(0..bytes.len());
+            match random.random_range(0..5) {
+                0 => bytes[at] = random.next_u32() as u8,
+                1 => bytes[at] = b"[]{}=.,\"'#-+e0_9\n "[random.random_range(0..18)],
+                2 => drop(bytes.remove(at)),
+                3 => bytes.insert(at, b"[]{}=.,\"'#-+e0_9\n "[random.random_range(0..18)]),
+                _ => {
+                    let end = (at + random.random_range(1..30)).min(bytes.len());
+                    let piece: Vec<u8> = bytes.drain(at..end).collect();
+                    let to = random.random_range(0..=bytes.len());
+                    bytes.splice(to..to, piece);
+                }
+            }
+        }
+        let text = String::from_utf8_lossy(&bytes).into_owned();
+        match Scenario::from_toml(&text, "it.toml") {
+            Ok(_) => accepted += 1,
+            Err(error) => {
+                refused += 1;
+                let message = error.to_string();
+                let shown = message.chars().all(|c| c == '\n' || !c.is_control());
+                assert!(message.starts_with("error: ") && shown, "case {case}: {message:?}\n{text}");
+            }
+        }
+    }
+    assert!(accepted > 100 && refused > 2000, "{accepted} accepted, {refused} refused");
+}
