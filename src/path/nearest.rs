@@ -119,6 +119,9 @@ fn search<const D: usize>(
     }
     // A stack of pieces still to be settled. Halving keeps it as shallow as the number of halvings.
     let mut stack: Vec<(f64, f64)> = window.parts().to_vec();
+    if !point.iter().all(|x| x.is_finite()) {
+        stack.clear();
+    }
     while let Some((low, high)) = stack.pop() {
         let (middle, half) = (0.5 * (low + high), 0.5 * (high - low));
         let frame = path.frame(middle, cursor);
