@@ -48,6 +48,8 @@ pub struct Cursor {
     pub segment: usize,
     /// Parameter on the segment, 0 to 1.
     pub xi: f64,
+    /// By how much the last search moved `xi` on its segment: the next one, in a stream, moves about as far.
+    pub advance: f64,
 }
 
 /// A point of a path with the first three derivatives with respect to arc length.

@@ -43,7 +43,7 @@ pub fn nearest_in_window<const D: usize>(
     if window.contains(local.s_mm) && distance_mm.is_finite() {
         // Nothing in the window is further from the foot than the window is long.
         let furthest = distance_mm + window.span();
-        if furthest * window.curvature_bound(path) < 1.0 {
+        if furthest * path.max_curvature_1_mm() < 1.0 || furthest * window.curvature_bound(path) < 1.0 {
             return Nearest { frame: local, distance_mm };
         }
     }
@@ -119,6 +119,9 @@ fn search<const D: usize>(
     }
     // A stack of pieces still to be settled. Halving keeps it as shallow as the number of halvings.
     let mut stack: Vec<(f64, f64)> = window.parts().to_vec();
+    if !point.iter().all(|x| x.is_finite()) {
+        stack.clear();
+    }
     while let Some((low, high)) = stack.pop() {
         let (middle, half) = (0.5 * (low + high), 0.5 * (high - low));
         let frame = path.frame(middle, cursor);

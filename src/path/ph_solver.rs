@@ -34,7 +34,7 @@ enum Closing {
 pub(super) fn solve(nodal: &NodalPoints) -> Result<Vec<Point>, PathError> {
     let chords = chords(nodal)?;
     let (mut z, closing) = start(nodal, &chords)?;
-    let scale = chords.iter().map(|c| c.norm()).fold(0.0, f64::max);
+    let scale = chords.iter().map(|c| c.norm_sqr().sqrt()).fold(0.0, f64::max);
     let mut system = System::new(&chords, &closing);
     let mut residual = system.residual(&z);
     let mut trial = z.clone();
@@ -70,7 +70,7 @@ pub(super) fn solve(nodal: &NodalPoints) -> Result<Vec<Point>, PathError> {
 fn chords(nodal: &NodalPoints) -> Result<Vec<Point>, PathError> {
     let chords: Vec<Point> = nodal.points.windows(2).map(|pair| complex(&(pair[1] - pair[0]))).collect();
     for (first, chord) in chords.iter().enumerate() {
-        let distance_mm = chord.norm();
+        let distance_mm = chord.norm_sqr().sqrt();
         if distance_mm <= super::MIN_SEGMENT_MM {
             return Err(PathError::CoincidentPoints { first, second: first + 1, distance_mm });
         }

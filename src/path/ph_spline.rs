@@ -147,7 +147,7 @@ impl PhSpline {
         let s = if s_mm > 0.0 { s_mm.min(self.nodes_mm[last + 1]) } else { 0.0 };
         let mut segment = cursor.segment.min(last);
         let holds = |i: usize| s >= self.nodes_mm[i] && (s < self.nodes_mm[i + 1] || i == last);
-        let mut guess = cursor.xi;
+        let mut guess = cursor.xi + cursor.advance;
         if !holds(segment) {
             segment = if segment < last && holds(segment + 1) {
                 segment + 1
@@ -158,7 +158,8 @@ impl PhSpline {
             guess = (s - self.nodes_mm[segment]) / (self.nodes_mm[segment + 1] - self.nodes_mm[segment]);
         }
         let xi = self.segments[segment].solve_length(s - self.nodes_mm[segment], guess);
-        *cursor = Cursor { segment, xi };
+        let advance = if segment == cursor.segment { xi - cursor.xi } else { 0.0 };
+        *cursor = Cursor { segment, xi, advance };
         s
     }
 
@@ -216,29 +217,34 @@ impl Path<2> for PhSpline {
         // Below this a Newton step leaves an error of rounding size (it converges quadratically).
         const LAST_STEP_MM: f64 = 1e-7;
         let target = complex(point_mm);
-        let mut at = Cursor { segment: cursor.segment.min(self.segments.len() - 1), xi: cursor.xi.clamp(0.0, 1.0) };
+        let segment = cursor.segment.min(self.segments.len() - 1);
+        let mut at = Cursor { segment, xi: (cursor.xi + cursor.advance).clamp(0.0, 1.0), advance: 0.0 };
         let mut here = self.segments[at.segment].slope(at.xi, target);
         for _ in 0..200 {
             // Newton where the distance is convex, else downhill by the length that a straight path would need.
             let speed_square = here.speed * here.speed;
             let curved = if here.second > 0.1 * speed_square { here.second } else { speed_square };
             let mut step = (-here.first / curved).clamp(-0.5, 0.5);
-            let short = (step * here.speed).abs() < LAST_STEP_MM;
+            if !((step * here.speed).abs() >= LAST_STEP_MM) {
+                at = self.moved(at, step, here.speed);
+                break;
+            }
             let (next, there) = loop {
                 let next = self.moved(at, step, here.speed);
                 let there = self.segments[next.segment].slope(next.xi, target);
-                if short || there.half_square <= here.half_square || step.abs() < 1e-12 {
+                if there.half_square <= here.half_square || step.abs() < 1e-12 {
                     break (next, there);
                 }
                 step *= 0.5;
             };
             let stayed = next == at;
             (at, here) = (next, there);
-            if short || stayed || !here.half_square.is_finite() {
+            if stayed {
                 break;
             }
         }
-        *cursor = at;
+        let advance = if at.segment == cursor.segment { at.xi - cursor.xi } else { 0.0 };
+        *cursor = Cursor { advance, ..at };
         self.frame_at(at)
     }
 }
@@ -248,16 +254,16 @@ impl PhSpline {
     fn moved(&self, at: Cursor, step: f64, speed: f64) -> Cursor {
         let xi = at.xi + step;
         if (0.0..=1.0).contains(&xi) {
-            return Cursor { segment: at.segment, xi };
+            return Cursor { xi, ..at };
         }
         let forward = xi > 1.0;
         let Some(segment) = self.neighbour(at.segment, forward) else {
-            return Cursor { segment: at.segment, xi: xi.clamp(0.0, 1.0) };
+            return Cursor { xi: xi.clamp(0.0, 1.0), ..at };
         };
         // The rest of the step in millimetres, in the parameter of the neighbour; at most half of that one.
         let over = if forward { xi - 1.0 } else { -xi };
         let entry = if forward { 0.0 } else { 1.0 };
         let rest = (over * speed / self.segments[segment].speed(entry)).min(0.5);
-        Cursor { segment, xi: if forward { rest } else { 1.0 - rest } }
+        Cursor { segment, xi: if forward { rest } else { 1.0 - rest }, advance: 0.0 }
     }
 }

@@ -77,3 +77,31 @@ pub fn numbers(value: &Value) -> Vec<f64> {
 pub fn points(value: &Value) -> Vec<Vector2<f64>> {
     value.as_array().unwrap().iter().map(|v| Vector2::from_vec(numbers(v))).collect()
 }
+
+/// A random smooth-ish path of nodal points: a random walk whose chords turn by at most `turn` rad and differ in length by
+/// at most a factor of 2.
+pub fn random_walk(rng: &mut rand_xoshiro::Xoshiro256PlusPlus, count: usize, turn: f64) -> Vec<Vector2<f64>> {
+    use rand::RngExt;
+    let (mut angle, mut point) = (rng.random_range(-3.0..3.0_f64), Vector2::new(0.0, 0.0));
+    let scale = 10.0_f64.powf(rng.random_range(-1.0..2.0));
+    (0..count)
+        .map(|_| {
+            let here = point;
+            angle += rng.random_range(-turn..turn);
+            point += Vector2::new(angle.cos(), angle.sin()) * scale * rng.random_range(1.0..2.0);
+            here
+        })
+        .collect()
+}
+
+/// A random closed path of nodal points around the origin.
+pub fn random_ring(rng: &mut rand_xoshiro::Xoshiro256PlusPlus, count: usize) -> Vec<Vector2<f64>> {
+    use rand::RngExt;
+    let scale = 10.0_f64.powf(rng.random_range(0.0..2.0));
+    (0..count)
+        .map(|i| {
+            let angle = std::f64::consts::TAU * (i as f64 + rng.random_range(-0.2..0.2)) / count as f64;
+            Vector2::new(angle.cos(), angle.sin()) * scale * rng.random_range(0.7..1.3)
+        })
+        .collect()
+}
