@@ -32,7 +32,7 @@ impl Folder {
     /// `servosim` with arguments separated by spaces.
     fn servosim(&self, arguments: &str) -> Command {
         let mut command = Command::from_std(self.process(arguments));
-        command.timeout(Duration::from_secs(120));
+        command.timeout(Duration::from_mins(2));
         command
     }
 
@@ -222,7 +222,7 @@ fn a_file_that_may_not_be_read_is_told() {
     #[cfg(unix)]
     {
         use std::os::unix::fs::PermissionsExt;
-        fs::set_permissions(folder.path("secret.toml"), fs::Permissions::from_mode(0)).unwrap();
+        fs::set_permissions(folder.path("secret.toml"), fs::Permissions::from_mode(0o000)).unwrap();
     }
     // Root may read everything; `scenario::document` tests the message itself.
     if fs::File::open(folder.path("secret.toml")).is_err() {
@@ -418,7 +418,7 @@ fn an_interrupt_ends_the_run_after_a_whole_period() {
 fn wait_for(path: &Path) {
     let started = Instant::now();
     while !path.exists() {
-        assert!(started.elapsed() < Duration::from_secs(60), "{} did not appear", path.display());
+        assert!(started.elapsed() < Duration::from_mins(1), "{} did not appear", path.display());
         std::thread::sleep(Duration::from_millis(5));
     }
 }

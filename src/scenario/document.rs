@@ -21,7 +21,7 @@ const BUILT_IN: [(&str, &str); 3] = [
 ];
 
 /// Names of the built-in scenarios.
-pub fn built_in_names() -> impl Iterator<Item = &'static str> {
+pub fn builtin_names() -> impl Iterator<Item = &'static str> {
     BUILT_IN.iter().map(|(name, _)| *name)
 }
 
@@ -30,7 +30,7 @@ pub fn built_in_names() -> impl Iterator<Item = &'static str> {
 pub struct Document {
     /// Where it comes from, as a person knows it.
     origin: String,
-    is_built_in: bool,
+    is_builtin: bool,
     /// Name of the scenario where the text gives none.
     default_name: String,
     text: String,
@@ -43,15 +43,15 @@ impl Document {
         let (text, origin) = (text.into(), origin.into());
         let default_name = stem(Path::new(&origin));
         let text = text.strip_prefix('\u{feff}').map(str::to_owned).unwrap_or(text);
-        Self { origin, is_built_in: false, default_name, text, overrides: Vec::new() }
+        Self { origin, is_builtin: false, default_name, text, overrides: Vec::new() }
     }
 
     /// The built-in scenario of this name, with or without `.toml`.
-    pub fn built_in(name: &str) -> Option<Self> {
+    pub fn builtin(name: &str) -> Option<Self> {
         let wanted = name.strip_suffix(".toml").unwrap_or(name);
         let (name, text) = BUILT_IN.iter().find(|(name, _)| *name == wanted)?;
         let mut document = Self::from_text(*text, format!("{name}.toml"));
-        document.is_built_in = true;
+        document.is_builtin = true;
         Some(document)
     }
 
@@ -91,7 +91,7 @@ impl Document {
                 }
             }
         }
-        if let Some(document) = Self::built_in(name) {
+        if let Some(document) = Self::builtin(name) {
             return Ok(document);
         }
         Err(folder.map_or_else(|| not_found(name, &places), |(place, error)| unreadable(place, &error)))
@@ -189,7 +189,7 @@ impl Document {
 
     fn error(&self, mut problems: Vec<Diagnostic>) -> ScenarioError {
         overrides::blame(&self.overrides, &self.text, &mut problems);
-        let origin = match (self.is_built_in, self.overrides.is_empty()) {
+        let origin = match (self.is_builtin, self.overrides.is_empty()) {
             (false, true) => self.origin.clone(),
             (true, true) => format!("{} (built in)", self.origin),
             (false, false) => format!("{} (after --set)", self.origin),
@@ -228,7 +228,7 @@ fn unreadable(path: &Path, error: &io::Error) -> ScenarioError {
 
 fn not_found(name: &str, places: &[PathBuf]) -> ScenarioError {
     let looked = places.iter().map(|place| format!("`{}`", brief(&place.display().to_string()))).collect::<Vec<_>>();
-    let built_in = built_in_names().collect::<Vec<_>>().join(", ");
+    let built_in = builtin_names().collect::<Vec<_>>().join(", ");
     let mut problem = Diagnostic::new(format!("there is no scenario `{}`", brief(name)));
     let candidates = scenario_files();
     let base = name.strip_suffix(".toml").unwrap_or(name);

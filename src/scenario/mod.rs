@@ -31,7 +31,7 @@
 //! ```
 //! use servosim::scenario::Scenario;
 //!
-//! let mut alpha = Scenario::built_in("alpha")?;
+//! let mut alpha = Scenario::builtin("alpha")?;
 //! alpha.settings.settling_s = 0.2;
 //! let summary = alpha.run(&mut [])?;
 //! assert!(summary.max_contour_error_um < 30.0);
@@ -52,7 +52,7 @@ use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
 
 pub use diagnostics::{Diagnostic, ScenarioError};
-pub use document::{Document, built_in_names};
+pub use document::{Document, builtin_names};
 pub use guard::{MAX_ARRAY_ITEMS, MAX_TEXT_BYTES};
 
 use crate::feedrate::{Motion, Profile};
@@ -124,13 +124,13 @@ impl Scenario {
     ///
     /// # Errors
     /// There is none of that name.
-    pub fn built_in(name: &str) -> Result<Self, ScenarioError> {
+    pub fn builtin(name: &str) -> Result<Self, ScenarioError> {
         let unknown = || {
-            let known = built_in_names().collect::<Vec<_>>().join(", ");
+            let known = builtin_names().collect::<Vec<_>>().join(", ");
             let problem = Diagnostic::new(format!("there is no built-in scenario `{}`", diagnostics::brief(name)));
             ScenarioError::new("", "", vec![problem.help(format!("built in: {known}"))])
         };
-        Document::built_in(name).ok_or_else(unknown)?.scenario()
+        Document::builtin(name).ok_or_else(unknown)?.scenario()
     }
 
     /// Exponent of the exponential profile.
