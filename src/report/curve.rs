@@ -148,15 +148,30 @@ impl Frame {
     }
 }
 
-/// The dashes of a polyline: `on` px drawn, `off` px not.
-pub(super) fn dashed(points: &[Px], on: f64, off: f64) -> Vec<Vec<Px>> {
+/// A dash pattern \[px\]: nothing for the `lead`, then `on` drawn and `off` not, again and again.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct Dash {
+    pub(super) lead: f64,
+    pub(super) on: f64,
+    pub(super) off: f64,
+}
+
+impl Dash {
+    pub(super) const fn new(on: f64, off: f64) -> Self {
+        Self { lead: 0.0, on, off }
+    }
+}
+
+/// The dashes of a polyline.
+pub(super) fn dashed(points: &[Px], dash: Dash) -> Vec<Vec<Px>> {
+    let Dash { lead, on, off } = dash;
     let total: f64 = points.windows(2).map(|p| length((p[1].0 - p[0].0, p[1].1 - p[0].1))).sum();
     if total / (on + off) > MOST_DASHES as f64 {
         return vec![points.to_vec()];
     }
     let mut dashes = Vec::new();
     let mut dash: Vec<Px> = points.first().copied().into_iter().collect();
-    let (mut drawing, mut left) = (true, on);
+    let (mut drawing, mut left) = if lead > 0.0 { (false, lead) } else { (true, on) };
     for pair in points.windows(2) {
         let (mut a, b) = (pair[0], pair[1]);
         let mut rest = length((b.0 - a.0, b.1 - a.1));
@@ -229,10 +244,10 @@ mod tests {
 
     #[test]
     fn dashes_cover_their_share() {
-        let dashes = dashed(&[(0.0, 0.0), (50.0, 0.0), (50.0, 50.0)], 6.0, 4.0);
+        let dashes = dashed(&[(0.0, 0.0), (50.0, 0.0), (50.0, 50.0)], Dash::new(6.0, 4.0));
         let drawn: f64 =
             dashes.iter().flat_map(|d| d.windows(2).map(|p| length((p[1].0 - p[0].0, p[1].1 - p[0].1)))).sum();
         assert!((drawn - 60.0).abs() < 1e-9, "{drawn}");
-        assert_eq!(dashed(&[(0.0, 0.0), (1e9, 0.0)], 6.0, 4.0).len(), 1);
+        assert_eq!(dashed(&[(0.0, 0.0), (1e9, 0.0)], Dash::new(6.0, 4.0)).len(), 1);
     }
 }

@@ -28,6 +28,9 @@ pub struct RunFacts {
     pub nodal_points_mm: Vec<[f64; 2]>,
     /// Whether the desired path ends where it starts.
     pub closed: bool,
+    /// Largest jerk of the motion \[mm/s³\], infinite where the acceleration steps. Without it the limit check of
+    /// `jerk_mm_s3` tells, and without that the samples, which miss what lies between them.
+    pub peak_jerk_mm_s3: Option<f64>,
     /// Exponent of the exponential profile.
     pub n_c: Option<f64>,
     /// How it was found.

@@ -7,9 +7,9 @@ use super::sheet::{
     Anchor, BORDER, Colour, GRID, HEIGHT_PX, INK, MUTED, Pen, SHADE, Sheet, Text, VERMILLION, WHITE, WIDTH_PX,
 };
 
-const TITLE_EM: f64 = 20.0;
+pub(super) const TITLE_EM: f64 = 20.0;
 const SUBTITLE_EM: f64 = 14.0;
-const LEGEND_EM: f64 = 13.5;
+pub(super) const LEGEND_EM: f64 = 13.5;
 const AXIS_EM: f64 = 14.0;
 const TICK_EM: f64 = 12.5;
 /// Size of labels inside a panel.
@@ -26,13 +26,12 @@ const LEGEND_ROWS: usize = 4;
 
 /// Ticks about so far apart \[px\].
 const X_TICK: f64 = 95.0;
-const Y_TICK: f64 = 52.0;
+const Y_TICK: f64 = 42.0;
 
 /// What stands before a legend entry.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) enum Symbol {
     Line(Pen),
-    Area(Colour),
     Ring(Colour),
 }
 
@@ -100,9 +99,6 @@ impl Heading {
             match entry.symbol {
                 Symbol::Line(pen) => {
                     sheet.line(&[(x, y), (x + SYMBOL, y)], Pen { width_px: pen.width_px.max(1.8), ..pen })
-                }
-                Symbol::Area(colour) => {
-                    sheet.rectangle(&Frame { left: x, top: y - 6.0, right: x + SYMBOL, bottom: y + 6.0 }, colour);
                 }
                 Symbol::Ring(colour) => sheet.ring((x + 0.5 * SYMBOL, y), 5.0, 1.6, colour),
             }
@@ -321,7 +317,10 @@ impl Panel {
         if let Some((_, label)) = best {
             let Frame { left, top, right, bottom } = label.frame();
             let frame = Frame { left: left - 3.0, top, right: right + 3.0, bottom };
-            sheet.rectangle(&frame, WHITE);
+            // Grid lines may show through, curves may not.
+            if hidden(&frame) > 0.0 {
+                sheet.rectangle(&frame, WHITE);
+            }
             sheet.text(label);
             self.taken.push(frame);
         }

@@ -5,7 +5,7 @@ use plotters::style::text_anchor::{HPos, Pos, VPos};
 use plotters::style::{Color, FontTransform, IntoFont, RGBAColor, RGBColor, ShapeStyle, TextStyle};
 use plotters_backend::DrawingErrorKind;
 
-use super::curve::{Frame, Px, dashed, thinned};
+use super::curve::{Dash, Frame, Px, dashed, thinned};
 use super::font;
 use super::pixels::Pixels;
 
@@ -34,7 +34,6 @@ pub(super) const WHITE: Colour = (255, 255, 255);
 /// One colour a run, told apart by colour-blind readers too (Okabe and Ito 2008, without its yellow).
 pub(super) const RUN_COLOURS: [Colour; 6] =
     [(0, 114, 178), (213, 94, 0), (0, 158, 115), (204, 121, 167), (230, 159, 0), (86, 180, 233)];
-pub(super) const BLUE: Colour = RUN_COLOURS[0];
 pub(super) const VERMILLION: Colour = RUN_COLOURS[1];
 
 /// Stroke of the curves \[px\].
@@ -45,16 +44,12 @@ pub(super) const CURVE_PX: f64 = 1.5;
 pub(super) struct Pen {
     pub(super) colour: Colour,
     pub(super) width_px: f64,
-    pub(super) dash: Option<(f64, f64)>,
+    pub(super) dash: Option<Dash>,
 }
 
 impl Pen {
     pub(super) fn solid(colour: Colour, width_px: f64) -> Self {
         Self { colour, width_px, dash: None }
-    }
-
-    pub(super) fn dashed(colour: Colour, width_px: f64) -> Self {
-        Self { colour, width_px, dash: Some((6.0, 4.0)) }
     }
 }
 
@@ -126,7 +121,7 @@ impl Sheet {
     pub(super) fn line(&mut self, points: &[Px], pen: Pen) {
         let Pen { colour, width_px, dash } = pen;
         let pieces = match dash {
-            Some((on, off)) => dashed(points, on, off),
+            Some(dash) => dashed(points, dash),
             None => vec![points.to_vec()],
         };
         for points in pieces.into_iter().filter(|points| points.len() > 1) {

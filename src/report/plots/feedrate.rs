@@ -55,7 +55,8 @@ pub(super) fn sheet(runs: &[Named<'_>]) -> Sheet {
         head.subtitle = figures(run);
     }
     for run in runs {
-        let text = if runs.len() == 1 { run.name.clone() } else { format!("{} ({})", run.name, peak_jerk_text(run)) };
+        let text =
+            if runs.len() == 1 { run.name.clone() } else { format!("{} ({})", run.short(), peak_jerk_text(run)) };
         head.legend.push(Entry::line(run.pen(CURVE_PX), text));
         if let Some((_, name, _)) = compared.iter().find(|(of, _, _)| of.name == run.name) {
             head.legend.push(Entry::line(comparison_pen(runs, run), name.as_str()));
@@ -66,7 +67,7 @@ pub(super) fn sheet(runs: &[Named<'_>]) -> Sheet {
         head.legend.extend(off_scale(limits, &format!("{} limit", quantity.name), quantity.unit));
     }
     let mut space = head.draw(&mut sheet);
-    let phase_end = short_phase_end(&samples, &time);
+    let phase_end = short_phase_end(runs, &samples, &time);
     if phase_end.is_some() {
         space.top += 18.0;
     }
@@ -174,15 +175,16 @@ fn is_drawable(m: &MotionSample) -> bool {
     [m.feed_mm_s, m.accel_mm_s2, m.jerk_mm_s3].iter().all(|value| value.abs() <= 1e100)
 }
 
-/// Where the column of the acceleration phase ends, if the phase is short beside the run.
-fn short_phase_end(samples: &[Vec<PlotSample>], time: &Range) -> Option<f64> {
+/// Where the column of the acceleration phase ends, if the phase is short beside the run but not a few samples only.
+fn short_phase_end(runs: &[Named<'_>], samples: &[Vec<PlotSample>], time: &Range) -> Option<f64> {
     let mut end = f64::NEG_INFINITY;
+    let period = runs.iter().map(|run| run.data.facts().period_s).fold(0.0, f64::max);
     for samples in samples {
         let peak = samples.iter().map(|s| s.feed_mm_s.abs()).fold(0.0, f64::max);
         let reached = samples.iter().find(|s| s.feed_mm_s.abs() >= 0.9999 * peak && peak > 0.0)?;
         end = end.max(time.low + 1.2 * (reached.time_s - time.low));
     }
-    (end > time.low && end - time.low < SHORT_PHASE * time.span()).then_some(end)
+    (end - time.low > 10.0 * period && end - time.low < SHORT_PHASE * time.span()).then_some(end)
 }
 
 /// The frame of a row, divided where the acceleration phase has a column of its own.
@@ -191,13 +193,13 @@ fn columns(frame: Frame, divided: bool) -> (Frame, Option<Frame>) {
         return (frame, None);
     }
     let cut = frame.left + 0.62 * frame.width();
-    (Frame { right: cut - 12.0, ..frame }, Some(Frame { left: cut + 12.0, ..frame }))
+    (Frame { right: cut - 22.0, ..frame }, Some(Frame { left: cut + 22.0, ..frame }))
 }
 
-/// The largest jerk of a run, exact where a limit was held against it.
+/// The largest jerk of a run, infinite where the acceleration steps; that of the samples if nothing better is known.
 fn peak_jerk(run: &Named<'_>) -> f64 {
-    let exact = run.data.limit("jerk_mm_s3").map(|check| check.value).filter(|value| value.is_finite());
-    exact.unwrap_or(run.data.figures().peak_jerk_mm_s3)
+    let checked = || run.data.limit("jerk_mm_s3").map(|check| check.value);
+    run.data.facts().peak_jerk_mm_s3.or_else(checked).unwrap_or(run.data.figures().peak_jerk_mm_s3)
 }
 
 fn peak_jerk_text(run: &Named<'_>) -> String {
@@ -214,8 +216,8 @@ fn figures(run: &Named<'_>) -> String {
     );
     if let Some((name, motion)) = &run.data.facts().comparison {
         let other = motion.peaks().jerk_mm_s3;
-        let change = change(other, peak_jerk(run)).map(|change| format!(", {change}")).unwrap_or_default();
-        text.push_str(&format!(" ({}: {}{change})", super::printable(name), figure(other, 5)));
+        let change = change(other, peak_jerk(run)).map(|change| format!("{change} against ")).unwrap_or_default();
+        text.push_str(&format!(" ({change}{}: {})", super::printable(name), figure(other, 5)));
     }
     if let Some(n_c) = run.data.facts().n_c {
         text.push_str(&format!(", n_c = {}", figure(n_c, 5)));

@@ -6,7 +6,9 @@ mod search;
 mod time;
 
 use super::axis::{Range, figure};
-use super::panel::{Entry, Heading};
+use super::curve::Dash;
+use super::font;
+use super::panel::{Entry, Heading, LEGEND_EM, TITLE_EM};
 use super::sheet::{Colour, MUTED, Pen, RUN_COLOURS, Sheet};
 use super::{PlotKind, RunData};
 
@@ -14,7 +16,7 @@ use super::{PlotKind, RunData};
 const LIMIT_IN_VIEW: f64 = 3.0;
 
 /// Pen of limit lines.
-const LIMIT: Pen = Pen { colour: (70, 70, 70), width_px: 1.3, dash: Some((7.0, 4.0)) };
+const LIMIT: Pen = Pen { colour: (70, 70, 70), width_px: 1.3, dash: Some(Dash::new(7.0, 4.0)) };
 
 /// The sheet of one plot.
 pub(super) fn sheet(runs: &[RunData], kind: PlotKind) -> Sheet {
@@ -33,7 +35,7 @@ struct Named<'a> {
     name: String,
     colour: Colour,
     /// From the seventh run on colours come again, with another dash.
-    dash: Option<(f64, f64)>,
+    dash: Option<Dash>,
     data: &'a RunData,
 }
 
@@ -41,11 +43,17 @@ impl Named<'_> {
     fn pen(&self, width_px: f64) -> Pen {
         Pen { colour: self.colour, width_px, dash: self.dash }
     }
+
+    /// The name, short enough that figures find room behind it in the legend.
+    fn short(&self) -> String {
+        font::fitted(&self.name, LEGEND_EM, 220.0)
+    }
 }
 
 /// Gives every run a colour, and a name of its own: a second "alpha" becomes "alpha (2)".
 fn named(runs: &[RunData]) -> Vec<Named<'_>> {
-    const DASHES: [Option<(f64, f64)>; 4] = [None, Some((9.0, 4.0)), Some((3.0, 3.0)), Some((14.0, 4.0))];
+    const DASHES: [Option<Dash>; 4] =
+        [None, Some(Dash::new(9.0, 4.0)), Some(Dash::new(3.0, 3.0)), Some(Dash::new(14.0, 4.0))];
     let mut named: Vec<Named<'_>> = Vec::with_capacity(runs.len());
     for (i, data) in runs.iter().enumerate() {
         let plain = printable(&data.facts().name);
@@ -71,12 +79,12 @@ fn printable(text: &str) -> String {
 /// Title, warnings and an empty legend for a plot of `what`.
 fn heading(runs: &[Named<'_>], what: &str) -> Heading {
     let title = match runs {
-        [run] => format!("{}: {what}", run.name),
+        [run] => format!("{}: {what}", font::fitted(&run.name, TITLE_EM, 700.0)),
         _ => format!("{} of {} runs", capital(what), runs.len()),
     };
     let mut warnings = Vec::new();
     for run in runs {
-        let prefix = if runs.len() > 1 { format!("{}: ", run.name) } else { String::new() };
+        let prefix = if runs.len() > 1 { format!("{}: ", run.short()) } else { String::new() };
         if let Some(warning) = &run.data.facts().warning {
             warnings.push(format!("{prefix}{}", printable(warning)));
         }
@@ -142,5 +150,5 @@ fn samples(runs: &[Named<'_>]) -> Vec<Vec<super::PlotSample>> {
 
 /// Pen of a profile that a run is compared with.
 fn comparison_pen(runs: &[Named<'_>], run: &Named<'_>) -> Pen {
-    Pen { dash: Some((4.0, 3.0)), ..Pen::solid(if runs.len() == 1 { MUTED } else { run.colour }, 1.3) }
+    Pen { dash: Some(Dash::new(4.0, 3.0)), ..Pen::solid(if runs.len() == 1 { MUTED } else { run.colour }, 1.3) }
 }

@@ -2,7 +2,7 @@
 
 use super::super::PlotSample;
 use super::super::axis::{Range, figure, power_of_ten, round_up_125};
-use super::super::curve::{Frame, Px, length, thinned};
+use super::super::curve::{Dash, Frame, Px, length, thinned};
 use super::super::panel::{Entry, Panel, Symbol, gutter, x_axis, y_axis};
 use super::super::sheet::{CURVE_PX, DESIRED, INK, MUTED, Pen, Sheet, TINT, VERMILLION};
 use super::{Named, heading, samples};
@@ -94,9 +94,10 @@ fn legend(
     if !desired.is_empty() {
         head.legend.push(Entry::line(DESIRED_PEN, "desired path"));
     }
+    let legend_dash = (runs.len() > 1).then_some(Dash::new(6.0, 6.0));
     for run in runs {
-        let of = if runs.len() == 1 { String::new() } else { format!("{}: ", run.name) };
-        head.legend.push(Entry::line(actual_pen(runs, run), format!("{of}actual path")));
+        let of = if runs.len() == 1 { String::new() } else { format!("{}: ", run.short()) };
+        head.legend.push(Entry::line(Pen { dash: legend_dash, ..actual_pen(runs, run) }, format!("{of}actual path")));
         if let Some(by) = &by {
             head.legend.push(Entry::line(error_pen(runs, run), format!("{of}{by}")));
         }
@@ -108,7 +109,14 @@ fn legend(
 }
 
 fn actual_pen(runs: &[Named<'_>], run: &Named<'_>) -> Pen {
-    if runs.len() == 1 { run.pen(1.2) } else { Pen { dash: Some((5.0, 4.0)), ..run.pen(1.1) } }
+    if runs.len() == 1 {
+        return run.pen(1.2);
+    }
+    // Paths that differ by micrometres lie on top of each other: their dashes take turns.
+    let turns = runs.len().clamp(2, 4);
+    let turn = runs.iter().position(|other| other.name == run.name).unwrap_or(0) % turns;
+    let dash = Dash { lead: 6.0 * turn as f64, on: 6.0, off: 6.0 * (turns - 1) as f64 };
+    Pen { dash: Some(dash), ..run.pen(1.4) }
 }
 
 fn error_pen(runs: &[Named<'_>], run: &Named<'_>) -> Pen {

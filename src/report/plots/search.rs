@@ -45,11 +45,11 @@ pub(super) fn sheet(runs: &[Named<'_>]) -> Sheet {
         .collect();
     let mut head = heading(runs, "pattern search for n_c");
     if let [(run, steps)] = searches.as_slice() {
-        head.subtitle = super::capital(&figures(steps));
+        head.subtitle = figures(steps);
         head.legend.push(Entry::line(run.pen(CURVE_PX), "best so far, an iteration a dot"));
     } else {
         let entry = |(run, steps): &(&Named<'_>, &[Step])| {
-            Entry::line(run.pen(CURVE_PX), format!("{} ({})", run.name, figures(steps)))
+            Entry::line(run.pen(CURVE_PX), format!("{} ({})", run.short(), figures(steps)))
         };
         head.legend.extend(searches.iter().map(entry));
     }
@@ -105,7 +105,7 @@ fn axis(quantity: &Quantity, values: &mut dyn Iterator<Item = f64>, height_px: f
 
 fn figures(steps: &[Step]) -> String {
     let Some(last) = steps.last() else { return String::new() };
-    let n_c = last.point.first().map(|n_c| format!("n_c = {}, ", figure(*n_c, 5))).unwrap_or_default();
+    let n_c = last.point.first().map(|n_c| format!("Best n_c = {}, ", figure(*n_c, 5))).unwrap_or_default();
     format!(
         "{n_c}peak jerk {} mm/s³ after {} iterations and {} evaluations",
         figure(last.objective, 5),

@@ -28,11 +28,15 @@ pub(super) fn contour(runs: &[Named<'_>]) -> Sheet {
 
     let mut head = heading(runs, "contouring error");
     if let [run] = runs {
-        head.subtitle = contour_figures(run);
+        head.subtitle = capital(&contour_figures(run));
+        if let Some(check) = run.data.limit("contour_error_um") {
+            let verdict = if check.kept { "kept" } else { "broken" };
+            head.subtitle.push_str(&format!(", limit {} µm {verdict}", figure(check.limit, 6)));
+        }
         head.legend.push(Entry::line(run.pen(CURVE_PX), "contouring error, positive to the left of the path"));
     } else {
         let entry =
-            |run: &Named<'_>| Entry::line(run.pen(CURVE_PX), format!("{} ({})", run.name, contour_figures(run)));
+            |run: &Named<'_>| Entry::line(run.pen(CURVE_PX), format!("{} ({})", run.short(), contour_figures(run)));
         head.legend.extend(runs.iter().map(entry));
     }
     head.legend.extend(off_scale(&limits, "limit ±", "µm"));
@@ -81,17 +85,12 @@ fn contour_figures(run: &Named<'_>) -> String {
     if figures.samples == 0 {
         return "no samples".to_owned();
     }
-    let mut text = format!(
+    format!(
         "max {} µm at {} s, rms {} µm",
         figure(figures.worst.contour_error_um.abs(), 4),
         figure(figures.worst.time_s, 4),
         figure(figures.rms_contour_um(), 4)
-    );
-    if let Some(check) = run.data.limit("contour_error_um") {
-        let verdict = if check.kept { "kept" } else { "broken" };
-        text.push_str(&format!(", limit {} µm {verdict}", figure(check.limit, 6)));
-    }
-    text
+    )
 }
 
 pub(super) fn voltage(runs: &[Named<'_>]) -> Sheet {
@@ -100,10 +99,9 @@ pub(super) fn voltage(runs: &[Named<'_>]) -> Sheet {
     let mut head = heading(runs, "motor voltage");
     if let [run] = runs {
         head.subtitle = capital(&voltage_figures(run));
-        head.legend.push(Entry::line(run.pen(CURVE_PX), "voltage"));
     } else {
         let entry =
-            |run: &Named<'_>| Entry::line(run.pen(CURVE_PX), format!("{} ({})", run.name, voltage_figures(run)));
+            |run: &Named<'_>| Entry::line(run.pen(CURVE_PX), format!("{} ({})", run.short(), voltage_figures(run)));
         head.legend.extend(runs.iter().map(entry));
     }
     let scales = [0, 1].map(|axis| voltage_scale(runs, &samples, axis));
