@@ -1,1 +1,3 @@
+//! servosim: see the library.
+
 fn main() {}

@@ -10,15 +10,22 @@
 //! | [`Line`] | two points |
 //! | [`Circle`] | centre, radius, start angle, direction |
 
+mod bernstein;
+mod bspline;
 mod circle;
 mod line;
 mod nearest;
+mod ph_segment;
+mod ph_solver;
+mod ph_spline;
+mod quadrature;
 
 use nalgebra::SVector;
 
 pub use circle::Circle;
 pub use line::Line;
 pub use nearest::{Nearest, nearest_in_window};
+pub use ph_spline::PhSpline;
 
 /// Largest coordinate magnitude that a path accepts, in millimetres (one kilometre).
 ///
@@ -41,6 +48,8 @@ pub struct Cursor {
     pub segment: usize,
     /// Parameter on the segment, 0 to 1.
     pub xi: f64,
+    /// By how much the last search moved `xi` on its segment: the next one, in a stream, moves about as far.
+    pub advance: f64,
 }
 
 /// A point of a path with the first three derivatives with respect to arc length.

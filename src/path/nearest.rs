@@ -43,7 +43,7 @@ pub fn nearest_in_window<const D: usize>(
     if window.contains(local.s_mm) && distance_mm.is_finite() {
         // Nothing in the window is further from the foot than the window is long.
         let furthest = distance_mm + window.span();
-        if furthest * window.curvature_bound(path) < 1.0 {
+        if furthest * path.max_curvature_1_mm() < 1.0 || furthest * window.curvature_bound(path) < 1.0 {
             return Nearest { frame: local, distance_mm };
         }
     }

@@ -26,16 +26,23 @@ pub struct AxisSignals<L: Lane = f64> {
 ///
 /// The plant is advanced by its exact zero-order-hold solution:
 /// `a = exp(-Δt/τ)`, `θ += K u Δt + (ω - K u) τ (1 - a)`, `ω = K u + (ω - K u) a`.
+///
+/// What limits the speed of such a loop is the chain of operations from one sample's state to the next. The control
+/// law is therefore collected by what it acts on (command, angle, velocity, integral), so that only three operations lie between the
+/// state and the clamp; the order of the samples is that of the specification.
 #[derive(Debug, Clone, Copy)]
 pub struct AxisLoop<L: Lane = f64> {
-    // Controller.
+    // Velocity command: ω_com = kpp x + kpf ẋ - ω_com_theta θ, with x counted from the start.
     kpp: L,
-    kpv: L,
-    kiv: L,
     kpf: L,
-    kvf: L,
-    k_t: L,
+    omega_com_theta: L,
+    // Voltage before the clamp: u_omega_com (kpp x + kpf ẋ) + u_integral I - (u_theta θ + u_omega ω).
+    u_omega_com: L,
+    u_integral: L,
+    u_theta: L,
+    u_omega: L,
     u_max: L,
+    torque: L,
     // Plant, exact over one period: θ += θ_ω ω + θ_u u, ω = ω_ω ω + ω_u u.
     r_g: L,
     theta_omega: L,
@@ -63,14 +70,18 @@ impl<L: Lane> AxisLoop<L> {
         let dt = settings.period_s;
         // 1 - a, without cancellation when Δt is far below τ.
         let gap = |p: &AxisParameters| -libm::expm1(-dt / p.plant.time_constant_s);
+        // From velocity error to voltage.
+        let gain = |p: &AxisParameters| p.drive.torque_to_voltage_v_nm * p.pdff.kpv_nm_s_rad;
         Self {
             kpp: pack(&|p| p.pdff.kpp_rad_s_mm),
-            kpv: pack(&|p| p.pdff.kpv_nm_s_rad),
-            kiv: pack(&|p| p.pdff.kiv_1_s),
             kpf: pack(&|p| p.pdff.kpf_rad_mm),
-            kvf: pack(&|p| p.pdff.kvf),
-            k_t: pack(&|p| p.drive.torque_to_voltage_v_nm),
+            omega_com_theta: pack(&|p| p.pdff.kpp_rad_s_mm * p.drive.transmission_mm_rad),
+            u_omega_com: pack(&|p| gain(p) * p.pdff.kvf),
+            u_integral: pack(&|p| gain(p) * p.pdff.kiv_1_s),
+            u_theta: pack(&|p| gain(p) * p.pdff.kvf * p.pdff.kpp_rad_s_mm * p.drive.transmission_mm_rad),
+            u_omega: pack(&gain),
             u_max: pack(&|p| p.drive.voltage_limit_v),
+            torque: pack(&|p| 1.0 / p.drive.torque_to_voltage_v_nm),
             r_g: pack(&|p| p.drive.transmission_mm_rad),
             theta_omega: pack(&|p| p.plant.time_constant_s * gap(p)),
             theta_u: pack(&|p| p.plant.gain_rad_s_v * (dt - p.plant.time_constant_s * gap(p))),
@@ -100,10 +111,10 @@ impl<L: Lane> AxisLoop<L> {
         };
         self.last_command = command_mm;
 
-        let travel = self.r_g * self.theta;
-        let omega_com = self.kpp * ((command_mm - self.start) - travel) + self.kpf * velocity;
-        let torque = self.kpv * (self.kvf * omega_com + (self.kiv * self.integral - self.omega));
-        let wanted = self.k_t * torque;
+        let demand = self.kpp * (command_mm - self.start) + self.kpf * velocity;
+        let omega_com = demand - self.omega_com_theta * self.theta;
+        let wanted = (self.u_omega_com * demand + self.u_integral * self.integral)
+            - (self.u_theta * self.theta + self.u_omega * self.omega);
         let voltage = wanted.clamp_abs(self.u_max);
 
         // Conditional integration: the integral waits while it would drive a clamped voltage further out.
@@ -114,10 +125,10 @@ impl<L: Lane> AxisLoop<L> {
 
         let signals = AxisSignals {
             command_mm,
-            actual_mm: self.start + travel,
+            actual_mm: self.start + self.r_g * self.theta,
             velocity_command_rad_s: omega_com,
             velocity_rad_s: self.omega,
-            torque_nm: torque,
+            torque_nm: self.torque * wanted,
             voltage_v: voltage,
             saturated,
         };

@@ -1,0 +1,108 @@
+//! The two-axis loop against plain C.
+
+use std::io::Write;
+use std::path::PathBuf;
+use std::process::{Command, Stdio};
+
+use servosim::interpolator::Interpolator;
+use servosim::feedrate::{Motion, Profile};
+use servosim::path::Path;
+use servosim::servo::{AxisLoop, Lanes, LoopSettings};
+
+use crate::{fastest, seconds};
+
+pub(crate) fn bench(quick: bool) {
+    let (path, axes) = crate::alpha();
+    let motion = Motion::plan(path.length_mm(), 100.0, Profile::Exponential { phase_s: 0.1, n_c: 8.12 })
+        .expect("a motion along alpha");
+    let setpoints: Vec<[f64; 2]> =
+        Interpolator::new(&path, &motion, 1e-3).map(|s| s.position_mm.into()).collect();
+    let passes = if quick { 20 } else { 5_000 };
+    let rounds = if quick { 1 } else { 25 };
+    let settings = LoopSettings::default();
+    let steps = (passes * setpoints.len()) as f64;
+
+    let mut out = vec![[0.0; 4]; setpoints.len()];
+    let mut single = || {
+        let (time, ()) = seconds(|| {
+            for _ in 0..passes {
+                let mut x = AxisLoop::new(&axes[0], &settings, 0.0);
+                let mut y = AxisLoop::new(&axes[1], &settings, 0.0);
+                for (command, out) in setpoints.iter().zip(&mut out) {
+                    let (x, y) = (x.step(command[0], 0.0), y.step(command[1], 0.0));
+                    *out = [x.actual_mm, x.voltage_v, y.actual_mm, y.voltage_v];
+                }
+                std::hint::black_box(&mut out);
+            }
+        });
+        let sum: f64 = out.iter().map(|o| o[0].abs() + o[2].abs()).sum();
+        (1e9 * time / steps, sum)
+    };
+    let mut batch_out = vec![[Lanes([0.0; 4]); 4]; setpoints.len()];
+    let mut batch = || {
+        let (time, ()) = seconds(|| {
+            for _ in 0..passes / 4 {
+                let mut x = AxisLoop::batch(&[axes[0]; 4], &settings, 0.0);
+                let mut y = AxisLoop::batch(&[axes[1]; 4], &settings, 0.0);
+                for (command, out) in setpoints.iter().zip(&mut batch_out) {
+                    let zero = Lanes([0.0; 4]);
+                    let (x, y) = (x.step(Lanes([command[0]; 4]), zero), y.step(Lanes([command[1]; 4]), zero));
+                    *out = [x.actual_mm, x.voltage_v, y.actual_mm, y.voltage_v];
+                }
+                std::hint::black_box(&mut batch_out);
+            }
+        });
+        1e9 * time / steps
+    };
+
+    let c = compile();
+    let (mut ours, mut batches, mut theirs) = (Vec::new(), Vec::new(), Vec::new());
+    for _ in 0..rounds {
+        let (time, sum) = single();
+        ours.push(time);
+        batches.push(batch());
+        if let Some(c) = &c {
+            let (time, c_sum) = run(c, passes, &setpoints);
+            assert!((sum - c_sum).abs() < 1e-6, "both loops must go the same way: {sum} {c_sum}");
+            theirs.push(time);
+        }
+    }
+    let (ours, batches) = (fastest(ours), fastest(batches));
+    println!("two-axis loop              {ours:7.2} ns/step  ({:.0} million steps/s)", 1e3 / ours);
+    println!("  four gain sets at once   {batches:7.2} ns/step  ({:.0} million steps/s)", 1e3 / batches);
+    if theirs.is_empty() {
+        println!("  plain C                  not measured: no C compiler found");
+    } else {
+        let theirs = fastest(theirs);
+        println!("  plain C                  {theirs:7.2} ns/step  (C takes {:.2} times as long)", theirs / ours);
+    }
+}
+
+/// The C program, compiled beside the bench's own binary; none where there is no compiler.
+fn compile() -> Option<PathBuf> {
+    let source = PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("benches/speed/servo_loop.c");
+    let program = std::env::current_exe().ok()?.with_extension("c.out");
+    let done = Command::new("cc")
+        .args(["-O3", "-march=native", "-o"])
+        .arg(&program)
+        .arg(&source)
+        .arg("-lm")
+        .status()
+        .is_ok_and(|status| status.success());
+    done.then_some(program)
+}
+
+fn run(program: &PathBuf, passes: usize, setpoints: &[[f64; 2]]) -> (f64, f64) {
+    let mut child = Command::new(program)
+        .arg(passes.to_string())
+        .stdin(Stdio::piped())
+        .stdout(Stdio::piped())
+        .spawn()
+        .expect("the C program was just compiled");
+    let bytes: Vec<u8> = setpoints.iter().flatten().flat_map(|v| v.to_ne_bytes()).collect();
+    child.stdin.take().expect("piped").write_all(&bytes).expect("the C program reads its input");
+    let output = child.wait_with_output().expect("the C program ends");
+    let text = String::from_utf8_lossy(&output.stdout);
+    let mut numbers = text.split_whitespace().map(|n| n.parse().expect("two numbers"));
+    (numbers.next().expect("a time"), numbers.next().expect("a sum"))
+}

@@ -1,0 +1,283 @@
+//! The servo loop: plant, controller, saturation, lock-up, against closed forms and second routes.
+
+mod common;
+
+use common::{Case, HEART, PROFILE};
+use nalgebra::Vector2;
+use rand::{RngExt, SeedableRng};
+use rand_xoshiro::Xoshiro256PlusPlus;
+use servosim::feedrate::{Motion, Profile};
+use servosim::limits::{Event, Limits};
+use servosim::path::{Line, Path, PhSpline};
+use servosim::servo::{AxisLoop, AxisParameters, Derivative, Drive, Lanes, LockupKind, LoopSettings, Pdff, Plant};
+use servosim::simulation::{Observer, ObserverError, Period, Simulation};
+
+/// Random parameters around the paper's. The velocity gain is drawn as its share of what one sample undoes,
+/// `kpv k_T K Δt/τ` (0.69 for the paper's X axis): from 2 on a sampled loop is unstable, and amplifies rounding.
+fn random_axis(rng: &mut Xoshiro256PlusPlus) -> AxisParameters {
+    let plant = Plant { gain_rad_s_v: rng.random_range(20.0..150.0), time_constant_s: rng.random_range(0.02..0.5) };
+    let share: f64 = rng.random_range(0.4..0.9);
+    AxisParameters {
+        plant,
+        drive: Drive::default(),
+        pdff: Pdff {
+            kpp_rad_s_mm: rng.random_range(20.0..100.0),
+            kpv_nm_s_rad: share * 0.716 * plant.time_constant_s / (plant.gain_rad_s_v * 1e-3),
+            kiv_1_s: rng.random_range(50.0..250.0),
+            kpf_rad_mm: rng.random_range(0.0..0.8),
+            kvf: rng.random_range(0.8..1.0),
+        },
+    }
+}
+
+/// A smooth random command that starts at rest on 0 mm.
+fn random_command(rng: &mut Xoshiro256PlusPlus, samples: usize) -> Vec<f64> {
+    let waves: [(f64, f64); 3] = std::array::from_fn(|_| (rng.random_range(-1.0..1.0), rng.random_range(1.0..20.0)));
+    (0..samples)
+        .map(|k| {
+            let t = k as f64 * 1e-3;
+            waves.iter().map(|(a, w)| a * (1.0 - (w * t).cos())).sum()
+        })
+        .collect()
+}
+
+#[test]
+fn validates_the_exact_plant_against_a_fine_runge_kutta() {
+    // Closed loop, one control period at a time: the plant is integrated with 50 classical Runge-Kutta steps a period
+    // (their error is (Δt/50τ)⁴ ≈ 1e-12 relative for τ = 20 ms), the controller is written out as in the specification.
+    let mut rng = Xoshiro256PlusPlus::seed_from_u64(1);
+    for case in 0..200 {
+        let axis = random_axis(&mut rng);
+        let settings = LoopSettings::default();
+        let (plant, g, dt) = (axis.plant, axis.pdff, settings.period_s);
+        let command = random_command(&mut rng, 400);
+        let mut ours = AxisLoop::new(&axis, &settings, 0.0);
+        let (mut theta, mut omega, mut integral, mut last) = (0.0_f64, 0.0_f64, 0.0_f64, 0.0_f64);
+        for (k, &x) in command.iter().enumerate() {
+            let signals = ours.step(x, 0.0);
+            let velocity = if k == 0 { 0.0 } else { (x - last) / dt };
+            last = x;
+            let omega_com = g.kpp_rad_s_mm * (x - 1.59 * theta) + g.kpf_rad_mm * velocity;
+            let torque = g.kpv_nm_s_rad * (g.kvf * omega_com - omega + g.kiv_1_s * integral);
+            let wanted = torque / 0.716;
+            let u = wanted.clamp(-5.0, 5.0);
+            assert!((signals.actual_mm - 1.59 * theta).abs() < 1e-9, "case {case} k {k}: {axis:?}");
+            assert!((signals.voltage_v - u).abs() < 1e-6, "case {case} k {k}: {} {u}", signals.voltage_v);
+            let error = omega_com - omega;
+            if !(wanted > 5.0 && error > 0.0 || wanted < -5.0 && error < 0.0) {
+                integral += dt * error;
+            }
+            let h = dt / 50.0;
+            let rate = |w: f64| (plant.gain_rad_s_v * u - w) / plant.time_constant_s;
+            for _ in 0..50 {
+                let k1 = rate(omega);
+                let k2 = rate(omega + 0.5 * h * k1);
+                let k3 = rate(omega + 0.5 * h * k2);
+                let k4 = rate(omega + h * k3);
+                theta += h * omega + h * h / 6.0 * (k1 + k2 + k3);
+                omega += h / 6.0 * (k1 + 2.0 * k2 + 2.0 * k3 + k4);
+            }
+        }
+    }
+}
+
+#[test]
+fn validates_the_step_response_of_the_plant_in_closed_form() {
+    // No feedback: only feedforward through kvf, one volt's worth. ω(t) = K u (1 - exp(-t/τ)), θ = K u (t - τ(1 - exp(-t/τ))).
+    let axis = AxisParameters {
+        plant: Plant { gain_rad_s_v: 83.0089, time_constant_s: 0.19936 },
+        drive: Drive { voltage_limit_v: 1.0, ..Drive::default() },
+        // A huge gain on a far command pins the voltage at the limit of 1 V.
+        pdff: Pdff { kpp_rad_s_mm: 1e6, kpv_nm_s_rad: 1.0, kiv_1_s: 0.0, kpf_rad_mm: 0.0, kvf: 1.0 },
+    };
+    let mut plant = AxisLoop::new(&axis, &LoopSettings::default(), 0.0);
+    for k in 0..1000 {
+        let signals = plant.step(1e6, 0.0);
+        let t = f64::from(k) * 1e-3;
+        let rise = 1.0 - (-t / 0.19936).exp();
+        let (omega, theta) = (83.0089 * rise, 83.0089 * (t - 0.19936 * rise));
+        assert!((signals.velocity_rad_s - omega).abs() < 1e-10, "k {k}: {} {omega}", signals.velocity_rad_s);
+        assert!((signals.actual_mm - 1.59 * theta).abs() < 1e-10, "k {k}");
+        assert!(signals.saturated && signals.voltage_v == 1.0);
+    }
+}
+
+#[test]
+fn validates_superposition_while_unsaturated() {
+    let mut rng = Xoshiro256PlusPlus::seed_from_u64(2);
+    for case in 0..300 {
+        let mut axis = random_axis(&mut rng);
+        axis.drive.voltage_limit_v = 1e6;
+        let settings = LoopSettings::default();
+        let (a, b) = (random_command(&mut rng, 300), random_command(&mut rng, 300));
+        let (p, q): (f64, f64) = (rng.random_range(-2.0..2.0), rng.random_range(-2.0..2.0));
+        let run = |command: &dyn Fn(usize) -> f64| {
+            let mut axis = AxisLoop::new(&axis, &settings, 0.0);
+            (0..300).map(|k| axis.step(command(k), 0.0).actual_mm).collect::<Vec<f64>>()
+        };
+        let (of_a, of_b) = (run(&|k| a[k]), run(&|k| b[k]));
+        let of_sum = run(&|k| p * a[k] + q * b[k]);
+        for k in 0..300 {
+            let sum = p * of_a[k] + q * of_b[k];
+            assert!((of_sum[k] - sum).abs() < 1e-9, "case {case} k {k}: {} {sum} {axis:?}", of_sum[k]);
+        }
+    }
+}
+
+#[test]
+fn validates_that_a_batch_is_bit_for_bit_a_run() {
+    let mut rng = Xoshiro256PlusPlus::seed_from_u64(3);
+    for derivative in [Derivative::Backward, Derivative::Exact] {
+        for one_sample_delay in [false, true] {
+            let settings = LoopSettings { derivative, one_sample_delay, ..LoopSettings::default() };
+            let axes: [AxisParameters; 4] = std::array::from_fn(|_| random_axis(&mut rng));
+            let command = random_command(&mut rng, 2000);
+            let mut batch = AxisLoop::batch(&axes, &settings, 0.0);
+            let mut single = axes.map(|axis| AxisLoop::new(&axis, &settings, 0.0));
+            let mut saturated = 0;
+            for &x in &command {
+                // Large commands, so that some lanes saturate while others do not.
+                let signals = batch.step(Lanes([60.0 * x; 4]), Lanes([300.0 * x; 4]));
+                for (lane, single) in single.iter_mut().enumerate() {
+                    let one = single.step(60.0 * x, 300.0 * x);
+                    assert_eq!(one.actual_mm.to_bits(), signals.actual_mm.0[lane].to_bits());
+                    assert_eq!(one.voltage_v.to_bits(), signals.voltage_v.0[lane].to_bits());
+                    assert_eq!(one.torque_nm.to_bits(), signals.torque_nm.0[lane].to_bits());
+                    assert_eq!(one.saturated, signals.saturated.0[lane]);
+                    saturated += u32::from(one.saturated);
+                }
+            }
+            assert!((1..8000).contains(&saturated), "the test must see both: {saturated}");
+        }
+    }
+}
+
+#[test]
+fn validates_one_sample_of_delay_as_the_same_voltage_one_period_later() {
+    // Without feedback (kpp and kiv zero, ω fed back only through kpv) the delayed plant is the plant of the delayed command
+    // if the feedback is negligible: take kpv tiny so that u is feedforward to 1e-9.
+    let axis = AxisParameters {
+        plant: Plant { gain_rad_s_v: 83.0, time_constant_s: 0.2 },
+        drive: Drive::default(),
+        pdff: Pdff { kpp_rad_s_mm: 0.0, kpv_nm_s_rad: 1e-9, kiv_1_s: 0.0, kpf_rad_mm: 1e8, kvf: 1.0 },
+    };
+    let prompt_settings = LoopSettings { derivative: Derivative::Exact, ..LoopSettings::default() };
+    let late_settings = LoopSettings { one_sample_delay: true, ..prompt_settings };
+    let (mut prompt, mut late) =
+        (AxisLoop::new(&axis, &prompt_settings, 0.0), AxisLoop::new(&axis, &late_settings, 0.0));
+    let mut before = 0.0;
+    for k in 0..200 {
+        let v = (f64::from(k) * 0.05).sin();
+        let (now, then) = (prompt.step(0.0, v), late.step(0.0, v));
+        assert!((then.actual_mm - before).abs() < 1e-6, "k {k}: {} {before}", then.actual_mm);
+        before = now.actual_mm;
+    }
+    assert!(before.abs() > 0.01, "the plant must have moved: {before}");
+}
+
+#[test]
+fn validates_that_the_two_derivatives_differ_by_half_a_period() {
+    // In steady motion both are the feed; while accelerating the backward difference lags by Δt/2: ẋ_exact - ẋ_back = a Δt/2.
+    let line = Line::new(Vector2::new(0.0, 0.0), Vector2::new(100.0, 0.0)).unwrap();
+    let motion = Motion::plan(100.0, 100.0, Profile::Linear { phase_s: 0.1 }).unwrap();
+    let axes = Case::alpha().axes.map(|mut axis| {
+        // kpp = 0: the velocity command is kpf ẋ alone.
+        axis.pdff.kpp_rad_s_mm = 0.0;
+        axis
+    });
+    let of = |derivative| {
+        let settings = LoopSettings { derivative, ..LoopSettings::default() };
+        Simulation::new(&line, &motion, axes, settings).unwrap().collect::<Vec<_>>()
+    };
+    let (backward, exact) = (of(Derivative::Backward), of(Derivative::Exact));
+    for k in 1..100 {
+        let lag = exact[k].axes[0].velocity_command_rad_s - backward[k].axes[0].velocity_command_rad_s;
+        assert!((lag / 0.8 - 1000.0 * 0.5e-3).abs() < 1e-8, "k {k}: {lag}");
+    }
+    for k in 150..1000 {
+        let lag = exact[k].axes[0].velocity_command_rad_s - backward[k].axes[0].velocity_command_rad_s;
+        assert!(lag.abs() < 1e-8, "k {k}: {lag}");
+    }
+}
+
+#[derive(Default)]
+struct Events(Vec<Event>);
+
+impl Observer<2> for Events {
+    fn period(&mut self, _: &Period<2>) -> Result<(), ObserverError> {
+        Ok(())
+    }
+    fn event(&mut self, event: &Event) -> Result<(), ObserverError> {
+        self.0.push(event.clone());
+        Ok(())
+    }
+}
+
+/// The lock-ups of a run of heart with this feed, profile and factor on the loop gain, with a second of settling.
+fn lockups(path: &dyn Path<2>, feed_mm_s: f64, profile: Profile, gain: f64) -> Vec<(usize, LockupKind)> {
+    let axes = Case::heart().axes.map(|mut axis| {
+        axis.pdff.kpv_nm_s_rad *= gain;
+        axis
+    });
+    let motion = Motion::plan(path.length_mm(), feed_mm_s, profile).unwrap();
+    let settings = LoopSettings { settling_s: 1.0, ..LoopSettings::default() };
+    let mut events = Events::default();
+    Simulation::new(path, &motion, axes, settings).unwrap().run(&Limits::default(), None, &mut [&mut events]).unwrap();
+    events
+        .0
+        .iter()
+        .filter_map(|event| match event {
+            Event::LockedUp { axis, lockup } => Some((*axis, lockup.kind)),
+            _ => None,
+        })
+        .collect()
+}
+
+#[test]
+fn validates_lock_up_where_the_loop_is_unstable_and_none_where_it_recovers() {
+    let heart = PhSpline::from_control_points(&HEART.map(Vector2::from), true).unwrap();
+    let quintic = Profile::Quintic { phase_s: 0.1 };
+    let step = Profile::Linear { phase_s: 0.001 };
+    // The specification's margins for heart: stable while the gain is scaled by 0.2299 … 3.2790 (X), 0.2352 … 3.3849 (Y).
+    for gain in [0.24, 1.0, 3.25] {
+        assert_eq!(lockups(&heart, 100.0, quintic, gain), [], "gain × {gain}");
+    }
+    for gain in [0.15, 0.2, 3.6, 4.0] {
+        let found = lockups(&heart, 100.0, quintic, gain);
+        assert_eq!(found.len(), 2, "gain × {gain}: {found:?}");
+        assert!(found.iter().all(|&(_, kind)| kind == LockupKind::LimitCycle), "gain × {gain}: {found:?}");
+    }
+    // A step of the feed to 100 mm/s saturates for 0.12 s and is recovered from; one to 300 mm/s is not.
+    assert_eq!(lockups(&heart, 100.0, step, 1.0), []);
+    assert!(lockups(&heart, 300.0, step, 1.0).iter().any(|&(_, kind)| kind == LockupKind::Pinned));
+}
+
+#[test]
+fn regression_saturation_is_told_once_a_stretch_and_ends() {
+    let case = Case::heart();
+    let motion = case.motion(Profile::Linear { phase_s: 0.01 });
+    let mut events = Events::default();
+    let sim = Simulation::new(&case.path, &motion, case.axes, LoopSettings::default()).unwrap();
+    let mut saturated = 0;
+    let mut count = |p: &Period<2>| saturated += p.axes.iter().filter(|a| a.saturated).count();
+    sim.run(&Limits::default(), None, &mut [&mut events, &mut count]).unwrap();
+    let began = events.0.iter().filter(|e| matches!(e, Event::SaturationBegan { .. })).count();
+    let lasted: f64 =
+        events.0.iter().map(|e| if let Event::SaturationEnded { lasted_s, .. } = e { *lasted_s } else { 0.0 }).sum();
+    let ended = events.0.iter().filter(|e| matches!(e, Event::SaturationEnded { .. })).count();
+    assert!(began > 1 && began == ended, "{began} {ended}");
+    assert!((lasted - saturated as f64 * 1e-3).abs() < 1e-9, "{lasted} {saturated}");
+}
+
+#[test]
+fn a_limit_is_told_when_it_is_first_passed() {
+    let case = Case::alpha();
+    let limits = Limits { contour_error_um: Some(20.0), voltage_v: Some(3.6), ..Limits::default() };
+    let mut events = Events::default();
+    case.simulation(PROFILE).run(&limits, None, &mut [&mut events]).unwrap();
+    let passed: Vec<_> = events.0.iter().filter(|e| matches!(e, Event::LimitPassed { .. })).collect();
+    assert_eq!(passed.len(), 1, "{passed:?}");
+    let Event::LimitPassed { name, value, limit, .. } = passed[0] else { unreachable!() };
+    assert_eq!((*name, *limit), ("contour_error_um", 20.0));
+    assert!(*value > 20.0 && *value < 21.0, "first sample beyond the limit: {value}");
+}
