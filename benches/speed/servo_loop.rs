@@ -4,8 +4,8 @@ use std::io::Write;
 use std::path::PathBuf;
 use std::process::{Command, Stdio};
 
-use servosim::interpolator::Interpolator;
 use servosim::feedrate::{Motion, Profile};
+use servosim::interpolator::Interpolator;
 use servosim::path::Path;
 use servosim::servo::{AxisLoop, Lanes, LoopSettings};
 
@@ -15,8 +15,7 @@ pub(crate) fn bench(quick: bool) {
     let (path, axes) = crate::alpha();
     let motion = Motion::plan(path.length_mm(), 100.0, Profile::Exponential { phase_s: 0.1, n_c: 8.12 })
         .expect("a motion along alpha");
-    let setpoints: Vec<[f64; 2]> =
-        Interpolator::new(&path, &motion, 1e-3).map(|s| s.position_mm.into()).collect();
+    let setpoints: Vec<[f64; 2]> = Interpolator::new(&path, &motion, 1e-3).map(|s| s.position_mm.into()).collect();
     let passes = if quick { 20 } else { 5_000 };
     let rounds = if quick { 1 } else { 25 };
     let settings = LoopSettings::default();

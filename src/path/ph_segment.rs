@@ -184,7 +184,11 @@ impl Segment {
         let mut xi = xi.clamp(0.0, 1.0);
         for _ in 0..60 {
             let miss = self.arc_length(xi) - length_mm;
-            if miss < 0.0 { low = xi } else { high = xi }
+            if miss < 0.0 {
+                low = xi
+            } else {
+                high = xi
+            }
             let p = self.preimage(xi);
             let bend = dot(p.w, p.w1);
             let step = miss * p.speed / (p.speed * p.speed - miss * bend);

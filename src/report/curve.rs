@@ -5,6 +5,9 @@ pub(super) type Px = (f64, f64);
 
 /// Thinning never moves a line by more than this \[px\].
 const TOLERANCE_PX: f64 = 0.06;
+/// Or, for a tangle of more than [`MANY`] points, by more than this \[px\].
+const COARSE_PX: f64 = 0.5;
+const MANY: usize = 20_000;
 /// Of a curve over time the first, lowest, highest and last point of every column this wide are kept \[px\].
 const COLUMN_PX: f64 = 0.25;
 /// Points simplified at a time; bounds the work on the worst of curves.
@@ -16,11 +19,17 @@ const MOST_DASHES: usize = 4000;
 pub(super) fn thinned(points: &[Px]) -> Vec<Px> {
     let over_time = points.is_sorted_by(|a, b| a.0 <= b.0);
     let points = if over_time { columns(points) } else { points.to_vec() };
+    let kept = simplified(&points, TOLERANCE_PX);
+    if kept.len() > MANY { simplified(&kept, COARSE_PX) } else { kept }
+}
+
+/// Douglas-Peucker, chunk by chunk.
+fn simplified(points: &[Px], tolerance: f64) -> Vec<Px> {
     let mut kept = Vec::with_capacity(points.len().min(4096));
-    let mut rest = points.as_slice();
+    let mut rest = points;
     while rest.len() > 1 {
         let (chunk, _) = rest.split_at(rest.len().min(CHUNK));
-        simplify(chunk, &mut kept);
+        simplify(chunk, tolerance, &mut kept);
         rest = &rest[chunk.len() - 1..];
     }
     kept.extend(rest.last());
@@ -51,8 +60,8 @@ fn columns(points: &[Px]) -> Vec<Px> {
     out
 }
 
-/// Douglas-Peucker on one chunk; the last point is left to the next.
-fn simplify(points: &[Px], kept: &mut Vec<Px>) {
+/// One chunk; its last point is left to the next.
+fn simplify(points: &[Px], tolerance: f64, kept: &mut Vec<Px>) {
     let Some(end) = points.len().checked_sub(1) else { return };
     // A stack of open intervals, the leftmost on top.
     let mut stack = vec![(0, end)];
@@ -60,7 +69,7 @@ fn simplify(points: &[Px], kept: &mut Vec<Px>) {
         let farthest = (from + 1..to)
             .map(|i| (i, distance_to_segment(points[i], points[from], points[to])))
             .fold((from, 0.0), |best, next| if next.1 > best.1 { next } else { best });
-        if farthest.1 > TOLERANCE_PX {
+        if farthest.1 > tolerance {
             stack.push((farthest.0, to));
             stack.push((from, farthest.0));
         } else {

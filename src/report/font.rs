@@ -29,6 +29,28 @@ pub(super) fn width_px(text: &str, em_px: f64) -> f64 {
     ems * em_px
 }
 
+/// `text`, its middle left out where it is wider than `limit_px`: names of runs often differ at their ends.
+pub(super) fn shortened(text: &str, em_px: f64, limit_px: f64) -> String {
+    if width_px(text, em_px) <= limit_px {
+        return text.to_owned();
+    }
+    let half = 0.5 * (limit_px - width_px("…", em_px));
+    let fits = |chars: &mut dyn Iterator<Item = char>| {
+        let mut width = 0.0;
+        let mut kept: Vec<char> = Vec::new();
+        for c in chars {
+            width += width_px(c.encode_utf8(&mut [0; 4]), em_px);
+            if width > half {
+                break;
+            }
+            kept.push(c);
+        }
+        kept
+    };
+    let (start, end) = (fits(&mut text.chars()), fits(&mut text.chars().rev()));
+    start.into_iter().chain(['…']).chain(end.into_iter().rev()).collect()
+}
+
 /// `text`, cut short with an ellipsis where it is wider than `limit_px`.
 pub(super) fn fitted(text: &str, em_px: f64, limit_px: f64) -> String {
     if width_px(text, em_px) <= limit_px {

@@ -20,6 +20,8 @@ mod curve;
 mod data;
 mod files;
 mod font;
+#[cfg(test)]
+mod layout_tests;
 mod panel;
 mod pixels;
 mod plots;

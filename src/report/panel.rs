@@ -26,7 +26,6 @@ const LEGEND_ROWS: usize = 4;
 
 /// Ticks about so far apart \[px\].
 const X_TICK: f64 = 95.0;
-const Y_TICK: f64 = 42.0;
 
 /// What stands before a legend entry.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -80,15 +79,16 @@ impl Heading {
 
     fn draw_legend(&self, sheet: &mut Sheet, above: f64) -> f64 {
         const SYMBOL: f64 = 30.0;
+        const GAP: f64 = 26.0;
         let (mut x, mut y) = (MARGIN, above + 26.0);
         let mut row = 1;
         for (i, entry) in self.legend.iter().enumerate() {
             let text = font::fitted(&entry.text, LEGEND_EM, LEGEND_ENTRY);
-            let width = SYMBOL + 7.0 + font::width_px(&text, LEGEND_EM) + 26.0;
+            let width = SYMBOL + 7.0 + font::width_px(&text, LEGEND_EM) + GAP;
             // The last row keeps room for the note that entries are missing.
             let more = format!("and {} more", self.legend.len() - i);
             let kept = if row == LEGEND_ROWS { font::width_px(&more, LEGEND_EM) } else { 0.0 };
-            if x + width + kept > WIDTH_PX - MARGIN + 26.0 && x > MARGIN {
+            if x + width + kept > WIDTH_PX - MARGIN + if kept > 0.0 { 0.0 } else { GAP } && x > MARGIN {
                 if row == LEGEND_ROWS {
                     sheet.text(Text::new((x, y), more, LEGEND_EM, Anchor::Left).coloured(MUTED));
                     break;
@@ -116,7 +116,8 @@ pub(super) fn x_axis(range: Range, width_px: f64, whole: bool) -> Axis {
 
 /// An axis along the side of a panel.
 pub(super) fn y_axis(range: Range, height_px: f64, whole: bool) -> Axis {
-    Axis::linear(range, height_px, Y_TICK, whole)
+    // Denser where the panel is low.
+    Axis::linear(range, height_px, 30.0 + 0.036 * height_px, whole)
 }
 
 /// Frames one below the other in `space`, all as wide as the widest tick labels leave them; axis titles go to their left.
@@ -292,7 +293,8 @@ impl Panel {
         self.label(sheet, text, colour, &places);
     }
 
-    /// A label at the one of `places` where it lies inside the frame and hides least; earlier ones are preferred.
+    /// A label at the one of `places` where it lies inside the frame, on no other label, and hides least; earlier ones are
+    /// preferred. Where every place is taken there is none.
     fn label(&mut self, sheet: &mut Sheet, text: &str, colour: Colour, places: &[(Px, Anchor)]) {
         let inner = Frame {
             left: self.frame.left + 3.0,
@@ -303,7 +305,6 @@ impl Panel {
         let hidden = |frame: &Frame| {
             let lines = self.busy.iter().flat_map(|line| line.windows(2)).filter_map(|p| frame.clip(p[0], p[1]));
             lines.map(|(a, b)| 1.0 + length((b.0 - a.0, b.1 - a.1))).sum::<f64>()
-                + 1e4 * self.taken.iter().filter(|other| other.overlaps(frame)).count() as f64
         };
         let best = places
             .iter()
@@ -311,7 +312,8 @@ impl Panel {
             .filter_map(|(i, &(at, anchor))| {
                 let label = Text::new(at, text, LABEL_EM, anchor).coloured(colour);
                 let frame = label.frame();
-                frame.is_within(&inner).then(|| (hidden(&frame) + 1.5 * i as f64, label))
+                let free = frame.is_within(&inner) && !self.taken.iter().any(|other| other.overlaps(&frame));
+                free.then(|| (hidden(&frame) + 1.5 * i as f64, label))
             })
             .reduce(|best, next| if next.0 < best.0 { next } else { best });
         if let Some((_, label)) = best {

@@ -56,8 +56,8 @@ impl Pixels {
         encoder.set_color(png::ColorType::Rgb);
         encoder.set_depth(png::BitDepth::Eight);
         encoder.set_compression(png::Compression::Default);
-        // Flat colours pack best unfiltered.
-        encoder.set_filter(png::FilterType::NoFilter);
+        // Most rows are like the one above.
+        encoder.set_filter(png::FilterType::Up);
         // 192 dots an inch, so that it prints in the size of the layout.
         let per_metre = 7559;
         let unit = png::Unit::Meter;

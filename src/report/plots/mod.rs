@@ -46,7 +46,7 @@ impl Named<'_> {
 
     /// The name, short enough that figures find room behind it in the legend.
     fn short(&self) -> String {
-        font::fitted(&self.name, LEGEND_EM, 220.0)
+        font::shortened(&self.name, LEGEND_EM, 220.0)
     }
 }
 
@@ -79,21 +79,23 @@ fn printable(text: &str) -> String {
 /// Title, warnings and an empty legend for a plot of `what`.
 fn heading(runs: &[Named<'_>], what: &str) -> Heading {
     let title = match runs {
-        [run] => format!("{}: {what}", font::fitted(&run.name, TITLE_EM, 700.0)),
+        [run] => format!("{}: {what}", font::shortened(&run.name, TITLE_EM, 700.0)),
         _ => format!("{} of {} runs", capital(what), runs.len()),
     };
     let mut warnings = Vec::new();
     for run in runs {
+        // In front of a name the case is the name's own.
+        let capital = |text: &str| if runs.len() > 1 { text.to_owned() } else { capital(text) };
         let prefix = if runs.len() > 1 { format!("{}: ", run.short()) } else { String::new() };
         if let Some(warning) = &run.data.facts().warning {
-            warnings.push(format!("{prefix}{}", printable(warning)));
+            warnings.push(capital(&format!("{prefix}{}", printable(warning))));
         }
         match run.data.skipped() {
             0 => {}
             n => warnings.push(format!("{prefix}{n} samples left out: a value is not a finite number")),
         }
         if run.data.figures().samples == 0 {
-            warnings.push(format!("{prefix}no samples"));
+            warnings.push(capital(&format!("{prefix}no samples")));
         }
     }
     Heading { title, warnings, ..Heading::default() }

@@ -95,6 +95,14 @@ fn legend(
         head.legend.push(Entry::line(DESIRED_PEN, "desired path"));
     }
     let legend_dash = (runs.len() > 1).then_some(Dash::new(6.0, 6.0));
+    // Of three and more runs each has one entry.
+    if runs.len() > 2 {
+        let pen = |dash| Pen { dash, ..Pen::solid(MUTED, CURVE_PX) };
+        head.legend.push(Entry::line(pen(legend_dash), "actual paths"));
+        head.legend.extend(by.map(|by| Entry::line(pen(None), by)));
+        head.legend.extend(runs.iter().map(|run| Entry::line(error_pen(runs, run), run.short())));
+        return head;
+    }
     for run in runs {
         let of = if runs.len() == 1 { String::new() } else { format!("{}: ", run.short()) };
         head.legend.push(Entry::line(Pen { dash: legend_dash, ..actual_pen(runs, run) }, format!("{of}actual path")));
