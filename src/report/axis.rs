@@ -124,7 +124,7 @@ impl Axis {
         let most = i32::try_from(most_ticks.max(1)).unwrap_or(1);
         let step = ((high - low + most - 1) / most).max(1);
         let first = low + (-low).rem_euclid(step);
-        let ticks = (0..)
+        let ticks = (0..=600)
             .map(|i| first + i * step)
             .take_while(|e| *e <= high)
             .map(|e| Tick { value: power_of_ten(e), label: format!("10{}", superscript(e)) })

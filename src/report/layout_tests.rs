@@ -3,7 +3,7 @@
 use std::sync::OnceLock;
 
 use super::curve::Frame;
-use super::sheet::{HEIGHT_PX, Mark, Sheet, Text, WIDTH_PX};
+use super::sheet::{HEIGHT_PX, Lettering, Mark, Sheet, WIDTH_PX};
 use super::{PlotKind, PlotSample, RunData, RunFacts, plots};
 use crate::feedrate::{Motion, Profile, optimize_n_c};
 use crate::limits::LimitCheck;
@@ -87,8 +87,8 @@ fn each(check: impl Fn(&str, &Sheet)) {
     sheets.iter().for_each(|(name, sheet)| check(name, sheet));
 }
 
-fn texts(sheet: &Sheet) -> Vec<&Text> {
-    sheet.marks.iter().filter_map(|mark| if let Mark::Text(text) = mark { Some(text) } else { None }).collect()
+fn texts(sheet: &Sheet) -> Vec<&Lettering> {
+    sheet.marks.iter().filter_map(|mark| if let Mark::Lettering(text) = mark { Some(text) } else { None }).collect()
 }
 
 #[test]
@@ -113,7 +113,7 @@ fn every_mark_lies_on_the_sheet() {
             let points = match mark {
                 Mark::Line { points, .. } | Mark::Area { points, .. } => points.clone(),
                 Mark::Dot { at, .. } => vec![*at],
-                Mark::Text(_) => continue,
+                Mark::Lettering(_) => continue,
             };
             for (x, y) in points {
                 let on = (-0.01..=WIDTH_PX + 0.01).contains(&x) && (-0.01..=HEIGHT_PX + 0.01).contains(&y);

@@ -12,7 +12,7 @@
 //! | [`PlotKind::Voltage`] | voltage of both axes with the saturation band |
 //! | [`PlotKind::Search`] | pattern search for `n_c`: objective, best point, mesh size and evaluations over iterations |
 //!
-//! The same runs give the same bytes. Text is laid out with the bundled DejaVu Sans; an SVG names it first and falls back
+//! The same runs give the same bytes. Text is laid out with the bundled font (`DejaVu` Sans); an SVG names it first and falls back
 //! to what the viewer has.
 
 mod axis;

@@ -4,7 +4,7 @@ use super::axis::{Axis, Range};
 use super::curve::{Frame, Px, length};
 use super::font;
 use super::sheet::{
-    Anchor, BORDER, Colour, GRID, HEIGHT_PX, INK, MUTED, Pen, SHADE, Sheet, Text, VERMILLION, WHITE, WIDTH_PX,
+    Anchor, BORDER, Colour, GRID, HEIGHT_PX, INK, Lettering, MUTED, Pen, SHADE, Sheet, VERMILLION, WHITE, WIDTH_PX,
 };
 
 pub(super) const TITLE_EM: f64 = 20.0;
@@ -62,7 +62,7 @@ impl Heading {
         let room = WIDTH_PX - 2.0 * MARGIN;
         let mut y = 30.0;
         let line = |y: f64, text: &str, em: f64, colour| {
-            Text::new((MARGIN, y), font::fitted(text, em, room), em, Anchor::Left).coloured(colour)
+            Lettering::new((MARGIN, y), font::fitted(text, em, room), em, Anchor::Left).coloured(colour)
         };
         sheet.text(line(y, &self.title, TITLE_EM, INK));
         if !self.subtitle.is_empty() {
@@ -90,7 +90,7 @@ impl Heading {
             let kept = if row == LEGEND_ROWS { font::width_px(&more, LEGEND_EM) } else { 0.0 };
             if x + width + kept > WIDTH_PX - MARGIN + if kept > 0.0 { 0.0 } else { GAP } && x > MARGIN {
                 if row == LEGEND_ROWS {
-                    sheet.text(Text::new((x, y), more, LEGEND_EM, Anchor::Left).coloured(MUTED));
+                    sheet.text(Lettering::new((x, y), more, LEGEND_EM, Anchor::Left).coloured(MUTED));
                     break;
                 }
                 row += 1;
@@ -98,11 +98,11 @@ impl Heading {
             }
             match entry.symbol {
                 Symbol::Line(pen) => {
-                    sheet.line(&[(x, y), (x + SYMBOL, y)], Pen { width_px: pen.width_px.max(1.8), ..pen })
+                    sheet.line(&[(x, y), (x + SYMBOL, y)], Pen { width_px: pen.width_px.max(1.8), ..pen });
                 }
                 Symbol::Ring(colour) => sheet.ring((x + 0.5 * SYMBOL, y), 5.0, 1.6, colour),
             }
-            sheet.text(Text::new((x + SYMBOL + 7.0, y), text, LEGEND_EM, Anchor::Left));
+            sheet.text(Lettering::new((x + SYMBOL + 7.0, y), text, LEGEND_EM, Anchor::Left));
             x += width;
         }
         if self.legend.is_empty() { above } else { y }
@@ -191,20 +191,20 @@ impl Panel {
             let x = self.at(tick.value, 0.0).0;
             sheet.line(&[(x, bottom), (x, bottom + 4.0)], pen);
             if x_labels {
-                sheet.text(Text::new((x, bottom + 16.0), tick.label.as_str(), TICK_EM, Anchor::Middle));
+                sheet.text(Lettering::new((x, bottom + 16.0), tick.label.as_str(), TICK_EM, Anchor::Middle));
             }
         }
         for tick in self.y.ticks.iter().filter(|_| y_labels) {
             let y = self.at(0.0, tick.value).1;
             sheet.line(&[(left - 4.0, y), (left, y)], pen);
-            sheet.text(Text::new((left - 8.0, y), tick.label.as_str(), TICK_EM, Anchor::Right));
+            sheet.text(Lettering::new((left - 8.0, y), tick.label.as_str(), TICK_EM, Anchor::Right));
         }
     }
 
     /// Title below the axis.
     pub(super) fn x_title(&self, sheet: &mut Sheet, quantity: &str, unit: &str) {
         let at = (0.5 * (self.frame.left + self.frame.right), self.frame.bottom + 40.0);
-        sheet.text(Text::new(at, self.x.title(quantity, unit), AXIS_EM, Anchor::Middle));
+        sheet.text(Lettering::new(at, self.x.title(quantity, unit), AXIS_EM, Anchor::Middle));
     }
 
     /// Title beside the axis, `gutter_px` left of the frame.
@@ -214,7 +214,7 @@ impl Panel {
         let wide = font::width_px(&title, AXIS_EM);
         let em = AXIS_EM * (self.frame.height() / wide).min(1.0);
         let at = (self.frame.left - gutter_px + 0.5 * AXIS_EM, 0.5 * (self.frame.top + self.frame.bottom));
-        sheet.text(Text { upwards: true, ..Text::new(at, title, em, Anchor::Middle) });
+        sheet.text(Lettering { upwards: true, ..Lettering::new(at, title, em, Anchor::Middle) });
     }
 
     /// A curve through values; a single one becomes a dot.
@@ -310,7 +310,7 @@ impl Panel {
             .iter()
             .enumerate()
             .filter_map(|(i, &(at, anchor))| {
-                let label = Text::new(at, text, LABEL_EM, anchor).coloured(colour);
+                let label = Lettering::new(at, text, LABEL_EM, anchor).coloured(colour);
                 let frame = label.frame();
                 let free = frame.is_within(&inner) && !self.taken.iter().any(|other| other.overlaps(&frame));
                 free.then(|| (hidden(&frame) + 1.5 * i as f64, label))

@@ -20,7 +20,7 @@ use super::sheet::{UNITS_PER_PX, em_units};
 const DENSITY: f64 = 2.0;
 /// Units that positions come in per pixel of the file.
 const UNITS: f64 = UNITS_PER_PX / DENSITY;
-/// Half the height of a small letter, in units of the font size (DejaVu Sans).
+/// Half the height of a small letter, in units of the font size (`DejaVu` Sans).
 const HALF_X_HEIGHT_EM: f64 = 0.27;
 /// Long segments are painted piece by piece, so that the boxes around the pieces stay small.
 const PIECE_PX: f64 = 24.0;

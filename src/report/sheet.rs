@@ -62,7 +62,7 @@ pub(super) enum Anchor {
 }
 
 #[derive(Debug, Clone, PartialEq)]
-pub(super) struct Text {
+pub(super) struct Lettering {
     /// Anchor; half the height of a small letter above the base line.
     pub(super) at: Px,
     pub(super) text: String,
@@ -73,7 +73,7 @@ pub(super) struct Text {
     pub(super) upwards: bool,
 }
 
-impl Text {
+impl Lettering {
     pub(super) fn new(at: Px, text: impl Into<String>, em_px: f64, anchor: Anchor) -> Self {
         Self { at, text: text.into(), em_px, colour: INK, anchor, upwards: false }
     }
@@ -108,7 +108,7 @@ pub(super) enum Mark {
     Line { points: Vec<Px>, colour: Colour, width_px: f64 },
     Area { points: Vec<Px>, colour: Colour },
     Dot { at: Px, radius_px: f64, colour: Colour },
-    Text(Text),
+    Lettering(Lettering),
 }
 
 /// What is to be drawn, in the order of drawing.
@@ -155,9 +155,9 @@ impl Sheet {
         self.dot(at, radius_px - width_px, WHITE);
     }
 
-    pub(super) fn text(&mut self, text: Text) {
+    pub(super) fn text(&mut self, text: Lettering) {
         if !text.text.is_empty() {
-            self.marks.push(Mark::Text(text));
+            self.marks.push(Mark::Lettering(text));
         }
     }
 
@@ -196,7 +196,7 @@ impl Sheet {
                 Mark::Dot { at, radius_px, colour } => {
                     backend.draw_circle(unit_point(*at), units_u(*radius_px), &filled(*colour), true)?;
                 }
-                Mark::Text(text) => {
+                Mark::Lettering(text) => {
                     let size = text.em_px * UNITS_PER_PX * PLOTTERS_FONT_SCALE;
                     let horizontal = match text.anchor {
                         Anchor::Left => HPos::Left,

@@ -4,7 +4,7 @@ use super::super::PlotSample;
 use super::super::axis::{Range, figure};
 use super::super::curve::Frame;
 use super::super::panel::{Entry, Panel, gutter, panel_height, stack, x_axis, y_axis};
-use super::super::sheet::{Anchor, CURVE_PX, MUTED, Sheet, Text};
+use super::super::sheet::{Anchor, CURVE_PX, Lettering, MUTED, Sheet};
 use super::{LIMIT, Named, change, comparison_pen, heading, limits, off_scale, samples, time_range};
 use crate::feedrate::{Motion, MotionSample};
 
@@ -112,7 +112,7 @@ pub(super) fn sheet(runs: &[Named<'_>]) -> Sheet {
             if row == 0 && phase_end.is_some() {
                 let text = if column == 0 { "whole run" } else { "acceleration phase" };
                 let at = (frame.left, frame.top - 12.0);
-                sheet.text(Text::new(at, text, 13.0, Anchor::Left).coloured(MUTED));
+                sheet.text(Lettering::new(at, text, 13.0, Anchor::Left).coloured(MUTED));
             }
         }
     }
@@ -217,10 +217,10 @@ fn figures(run: &Named<'_>) -> String {
     if let Some((name, motion)) = &run.data.facts().comparison {
         let other = motion.peaks().jerk_mm_s3;
         let change = change(other, peak_jerk(run)).map(|change| format!("{change} against ")).unwrap_or_default();
-        text.push_str(&format!(" ({change}{}: {})", super::printable(name), figure(other, 5)));
+        text = format!("{text} ({change}{}: {})", super::printable(name), figure(other, 5));
     }
-    if let Some(n_c) = run.data.facts().n_c {
-        text.push_str(&format!(", n_c = {}", figure(n_c, 5)));
+    match run.data.facts().n_c {
+        Some(n_c) => format!("{text}, n_c = {}", figure(n_c, 5)),
+        None => text,
     }
-    text
 }

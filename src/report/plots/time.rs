@@ -31,7 +31,7 @@ pub(super) fn contour(runs: &[Named<'_>]) -> Sheet {
         head.subtitle = capital(&contour_figures(run));
         if let Some(check) = run.data.limit("contour_error_um") {
             let verdict = if check.kept { "kept" } else { "broken" };
-            head.subtitle.push_str(&format!(", limit {} µm {verdict}", figure(check.limit, 6)));
+            head.subtitle = format!("{}, limit {} µm {verdict}", head.subtitle, figure(check.limit, 6));
         }
         head.legend.push(Entry::line(run.pen(CURVE_PX), "contouring error, positive to the left of the path"));
     } else {
