@@ -45,11 +45,11 @@ pub(super) fn sheet(runs: &[Named<'_>]) -> Sheet {
         .collect();
     let mut head = heading(runs, "pattern search for n_c");
     if let [(run, steps)] = searches.as_slice() {
-        head.subtitle = figures(steps);
+        head.subtitle = figures(steps, false);
         head.legend.push(Entry::line(run.pen(CURVE_PX), "best so far, an iteration a dot"));
     } else {
         let entry = |(run, steps): &(&Named<'_>, &[Step])| {
-            Entry::line(run.pen(CURVE_PX), format!("{} ({})", run.short(), figures(steps)))
+            Entry::line(run.pen(CURVE_PX), format!("{} ({})", run.short(), figures(steps, true)))
         };
         head.legend.extend(searches.iter().map(entry));
     }
@@ -103,13 +103,14 @@ fn axis(quantity: &Quantity, values: &mut dyn Iterator<Item = f64>, height_px: f
     y_axis(range.opened(if quantity.whole { 1.0 } else { 1e-9 }).padded(0.08, 0.1), height_px, quantity.whole)
 }
 
-fn figures(steps: &[Step]) -> String {
+/// Where the search ended; in few words for a legend.
+fn figures(steps: &[Step], short: bool) -> String {
     let Some(last) = steps.last() else { return String::new() };
-    let n_c = last.point.first().map(|n_c| format!("Best n_c = {}, ", figure(*n_c, 5))).unwrap_or_default();
-    format!(
-        "{n_c}peak jerk {} mm/s³ after {} iterations and {} evaluations",
-        figure(last.objective, 5),
-        last.iteration,
-        last.evaluations
-    )
+    let n_c = last.point.first().map(|n_c| format!("n_c = {}, ", figure(*n_c, 5))).unwrap_or_default();
+    let (jerk, evaluations) = (figure(last.objective, 5), last.evaluations);
+    if short {
+        format!("{n_c}{jerk} mm/s³, {evaluations} evaluations")
+    } else {
+        format!("Best {n_c}peak jerk {jerk} mm/s³ after {} iterations and {evaluations} evaluations", last.iteration)
+    }
 }
