@@ -1,1 +1,143 @@
-//! report
+//! Plots of runs, as SVG or PNG, with `plotters`.
+//!
+//! [`RunData`] gathers what is plotted while the run (or its recording) goes by; it is an
+//! [`Observer`](crate::simulation::Observer) and its memory does not grow with the run. [`draw`] makes one plot in memory,
+//! [`write_all`] writes the whole set into a folder. Several runs are laid over each other in the same plots.
+//!
+//! | plot | shows |
+//! |---|---|
+//! | [`PlotKind::Path`] | desired path, actual path, and the contouring error drawn large, at equal scale of both axes |
+//! | [`PlotKind::Contour`] | contouring error over time, its limit, its largest value |
+//! | [`PlotKind::Feedrate`] | feed, acceleration and jerk over time with their limits, beside another profile |
+//! | [`PlotKind::Voltage`] | voltage of both axes with the saturation band |
+//! | [`PlotKind::Search`] | pattern search for `n_c`: objective, best point, mesh size and evaluations over iterations |
+//!
+//! The same runs give the same bytes. Text is laid out with the bundled font (`DejaVu` Sans); an SVG names it first and falls back
+//! to what the viewer has.
+
+mod axis;
+mod curve;
+mod data;
+mod files;
+mod font;
+#[cfg(test)]
+mod layout_tests;
+mod panel;
+mod pixels;
+mod plots;
+mod sheet;
+
+use std::io;
+use std::path::PathBuf;
+
+pub use data::{MAX_BUCKETS, PlotSample, RunData, RunFacts};
+pub use files::write_all;
+
+/// Which plot.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+pub enum PlotKind {
+    /// Desired path, actual path, error drawn large.
+    Path,
+    /// Contouring error over time.
+    Contour,
+    /// Feed, acceleration and jerk over time.
+    Feedrate,
+    /// Voltages over time.
+    Voltage,
+    /// Pattern search over iterations.
+    Search,
+}
+
+impl PlotKind {
+    /// Every plot, in the order in which [`write_all`] writes them.
+    pub const ALL: [Self; 5] = [Self::Path, Self::Contour, Self::Feedrate, Self::Voltage, Self::Search];
+
+    /// Name in file names.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Path => "path",
+            Self::Contour => "contour",
+            Self::Feedrate => "feedrate",
+            Self::Voltage => "voltage",
+            Self::Search => "search",
+        }
+    }
+
+    /// Whether these runs hold anything to draw: a search is there only when one of them searched.
+    pub fn applies_to(self, runs: &[RunData]) -> bool {
+        match self {
+            Self::Search => runs.iter().any(|run| run.facts().n_c_search.as_ref().is_some_and(|s| !s.is_empty())),
+            _ => !runs.is_empty(),
+        }
+    }
+}
+
+/// File format of a plot.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default)]
+pub enum Format {
+    /// Vector graphics, 1200 × 800.
+    #[default]
+    Svg,
+    /// Pixels, 2400 × 1600.
+    Png,
+}
+
+impl Format {
+    /// Ending of file names.
+    pub fn extension(self) -> &'static str {
+        match self {
+            Self::Svg => "svg",
+            Self::Png => "png",
+        }
+    }
+}
+
+/// Why a plot could not be drawn or written.
+#[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
+pub enum ReportError {
+    /// There is no run, or none with a search.
+    #[error("nothing to draw in a {} plot: {}", kind.name(), if *kind == PlotKind::Search { "no run has a pattern search" } else { "no run was given" })]
+    Nothing {
+        /// Which plot.
+        kind: PlotKind,
+    },
+    /// The drawing backend failed.
+    #[error("the {} plot could not be drawn: {reason}", kind.name())]
+    Draw {
+        /// Which plot.
+        kind: PlotKind,
+        /// What the backend says.
+        reason: String,
+    },
+    /// The beginning of the file names is not one.
+    #[error("`{stem}` cannot begin a file name: it must be a plain name without path separators")]
+    Stem {
+        /// As given.
+        stem: String,
+    },
+    /// A file or its folder could not be written.
+    #[error("cannot write {}: {source}", file.display())]
+    Write {
+        /// Which file, or folder.
+        file: PathBuf,
+        /// Why.
+        source: io::Error,
+    },
+}
+
+/// Draws one plot of the runs, laid over each other: the bytes of an SVG document (UTF-8) or of a PNG file.
+///
+/// # Errors
+/// Nothing to draw ([`PlotKind::applies_to`]), or a failure of the drawing backend.
+pub fn draw(runs: &[RunData], kind: PlotKind, format: Format) -> Result<Vec<u8>, ReportError> {
+    if !kind.applies_to(runs) {
+        return Err(ReportError::Nothing { kind });
+    }
+    let sheet = plots::sheet(runs, kind);
+    let drawn = match format {
+        Format::Svg => sheet.svg(),
+        Format::Png => sheet.png(),
+    };
+    drawn.map_err(|reason| ReportError::Draw { kind, reason })
+}

@@ -1,0 +1,310 @@
+//! What plots are drawn from: the facts of a run and its signals, thinned to a bounded number of samples on the way.
+
+use crate::feedrate::Motion;
+use crate::limits::LimitCheck;
+use crate::optimize::Step;
+use crate::simulation::{Observer, ObserverError, Period};
+
+/// Most buckets that a run is kept in. Up to this many samples every one is kept.
+pub const MAX_BUCKETS: usize = 8192;
+
+/// Beyond this magnitude a value counts as not finite: sums and differences of such values must not overflow.
+const LARGEST: f64 = 1e100;
+
+/// What is known of a run beside its samples.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct RunFacts {
+    /// Name in titles and legends.
+    pub name: String,
+    /// Control period \[s\].
+    pub period_s: f64,
+    /// Voltage limit of each axis \[V\]; not drawn unless positive and finite.
+    pub voltage_limit_v: [f64; 2],
+    /// Limits that the run was held to.
+    pub limits: Vec<LimitCheck>,
+    /// Points of the desired path \[mm\], dense enough to look smooth.
+    pub desired_path_mm: Vec<[f64; 2]>,
+    /// Nodal points to mark \[mm\]; may be empty.
+    pub nodal_points_mm: Vec<[f64; 2]>,
+    /// Whether the desired path ends where it starts.
+    pub closed: bool,
+    /// Largest jerk of the motion \[mm/s³\], infinite where the acceleration steps. Without it the limit check of
+    /// `jerk_mm_s3` tells, and without that the samples, which miss what lies between them.
+    pub peak_jerk_mm_s3: Option<f64>,
+    /// Exponent of the exponential profile.
+    pub n_c: Option<f64>,
+    /// How it was found.
+    pub n_c_search: Option<Vec<Step>>,
+    /// Another motion to compare the feed with, and its name ("plain quintic").
+    pub comparison: Option<(String, Motion)>,
+    /// What the reader must be told under every title: that an axis locked up, that the run was cut short.
+    pub warning: Option<String>,
+}
+
+/// The plotted signals of one control period.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct PlotSample {
+    /// Time \[s\].
+    pub time_s: f64,
+    /// Commanded arc length \[mm\].
+    pub s_mm: f64,
+    /// Commanded feed \[mm/s\].
+    pub feed_mm_s: f64,
+    /// Commanded acceleration along the path \[mm/s²\].
+    pub accel_mm_s2: f64,
+    /// Commanded jerk along the path \[mm/s³\].
+    pub jerk_mm_s3: f64,
+    /// Setpoint \[mm\].
+    pub command_mm: [f64; 2],
+    /// Where the tool is \[mm\].
+    pub actual_mm: [f64; 2],
+    /// The nearest point of the desired path \[mm\].
+    pub nearest_mm: [f64; 2],
+    /// Voltage of each axis \[V\].
+    pub voltage_v: [f64; 2],
+    /// Signed contouring error \[µm\].
+    pub contour_error_um: f64,
+    /// Tracking error \[µm\].
+    pub tracking_error_um: f64,
+}
+
+/// Number of signals in a sample, the time aside.
+const SIGNALS: usize = 14;
+
+impl PlotSample {
+    /// Every signal but the time.
+    fn signals(&self) -> [f64; SIGNALS] {
+        let ([cx, cy], [ax, ay], [nx, ny]) = (self.command_mm, self.actual_mm, self.nearest_mm);
+        let [vx, vy] = self.voltage_v;
+        let (a, j) = (self.accel_mm_s2, self.jerk_mm_s3);
+        [self.s_mm, self.feed_mm_s, a, j, cx, cy, ax, ay, nx, ny, vx, vy, self.contour_error_um, self.tracking_error_um]
+    }
+
+    fn is_finite(&self) -> bool {
+        self.time_s.abs() <= LARGEST && self.signals().iter().all(|value| value.abs() <= LARGEST)
+    }
+}
+
+impl<const A: usize> From<&Period<A>> for PlotSample {
+    /// The first two axes of a period.
+    fn from(period: &Period<A>) -> Self {
+        let pair = |of: &dyn Fn(usize) -> f64| [0, 1].map(|axis| if axis < A { of(axis) } else { 0.0 });
+        Self {
+            time_s: period.time_s,
+            s_mm: period.setpoint.s_mm,
+            feed_mm_s: period.setpoint.feed_mm_s,
+            accel_mm_s2: period.setpoint.accel_mm_s2,
+            jerk_mm_s3: period.setpoint.jerk_mm_s3,
+            command_mm: pair(&|axis| period.setpoint.position_mm[axis]),
+            actual_mm: pair(&|axis| period.actual_mm[axis]),
+            nearest_mm: pair(&|axis| period.nearest_mm[axis]),
+            voltage_v: pair(&|axis| period.axes[axis].voltage_v),
+            contour_error_um: period.contour_error_um,
+            tracking_error_um: period.tracking_error_um,
+        }
+    }
+}
+
+/// The samples of a bucket that hold something: the first, the last, and the lowest and highest of every signal.
+#[derive(Debug, Clone, PartialEq)]
+struct Bucket {
+    first: PlotSample,
+    last: PlotSample,
+    lowest: [(f64, PlotSample); SIGNALS],
+    highest: [(f64, PlotSample); SIGNALS],
+}
+
+impl Bucket {
+    fn new(sample: PlotSample) -> Self {
+        let each = sample.signals().map(|value| (value, sample));
+        Self { first: sample, last: sample, lowest: each, highest: each }
+    }
+
+    fn add(&mut self, sample: PlotSample) {
+        let extremes = self.lowest.iter_mut().zip(&mut self.highest);
+        for (value, (lowest, highest)) in sample.signals().into_iter().zip(extremes) {
+            if value < lowest.0 {
+                *lowest = (value, sample);
+            }
+            if value > highest.0 {
+                *highest = (value, sample);
+            }
+        }
+        self.last = sample;
+    }
+
+    /// Appends the samples in the order of time, each once.
+    fn write(&self, out: &mut Vec<PlotSample>) {
+        let from = out.len();
+        out.extend([self.first, self.last]);
+        out.extend(self.lowest.iter().chain(&self.highest).map(|(_, sample)| *sample));
+        if let Some(bucket) = out.get_mut(from..) {
+            bucket.sort_by(|a, b| a.time_s.total_cmp(&b.time_s));
+        }
+        let mut kept = from;
+        for i in from..out.len() {
+            if i == from || out[i] != out[kept - 1] {
+                out[kept] = out[i];
+                kept += 1;
+            }
+        }
+        out.truncate(kept);
+    }
+}
+
+/// Figures over all samples, whatever is thinned.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub(super) struct Figures {
+    pub(super) samples: u64,
+    pub(super) skipped: u64,
+    pub(super) end_s: f64,
+    /// The sample with the largest contouring error.
+    pub(super) worst: PlotSample,
+    pub(super) max_tracking_um: f64,
+    pub(super) peak_feed_mm_s: f64,
+    pub(super) peak_accel_mm_s2: f64,
+    pub(super) peak_jerk_mm_s3: f64,
+    pub(super) peak_voltage_v: [f64; 2],
+    contour_squares: f64,
+}
+
+impl Figures {
+    fn add(&mut self, sample: &PlotSample) {
+        if self.samples == 0 || sample.contour_error_um.abs() > self.worst.contour_error_um.abs() {
+            self.worst = *sample;
+        }
+        self.samples += 1;
+        self.end_s = if self.samples == 1 { sample.time_s } else { self.end_s.max(sample.time_s) };
+        self.max_tracking_um = self.max_tracking_um.max(sample.tracking_error_um);
+        self.peak_feed_mm_s = self.peak_feed_mm_s.max(sample.feed_mm_s.abs());
+        self.peak_accel_mm_s2 = self.peak_accel_mm_s2.max(sample.accel_mm_s2.abs());
+        self.peak_jerk_mm_s3 = self.peak_jerk_mm_s3.max(sample.jerk_mm_s3.abs());
+        for (peak, voltage) in self.peak_voltage_v.iter_mut().zip(sample.voltage_v) {
+            *peak = peak.max(voltage.abs());
+        }
+        self.contour_squares += sample.contour_error_um * sample.contour_error_um;
+    }
+
+    pub(super) fn rms_contour_um(&self) -> f64 {
+        if self.samples == 0 { 0.0 } else { (self.contour_squares / self.samples as f64).sqrt() }
+    }
+}
+
+/// A run as plots see it. It is filled sample by sample and does not grow beyond [`MAX_BUCKETS`] buckets.
+///
+/// Up to [`MAX_BUCKETS`] samples every one is kept. From there on neighbouring buckets are merged two by two, as often as
+/// it takes; a bucket keeps its first and its last sample and, whole and in their order, those with the lowest and the
+/// highest value of every signal, so that no peak is lost. (Usually some ten samples a bucket, 10 MB; 30 at the most.)
+#[derive(Debug, Clone, PartialEq)]
+pub struct RunData {
+    facts: RunFacts,
+    /// Samples of the closed buckets.
+    samples: Vec<PlotSample>,
+    /// Where in `samples` each closed bucket ends.
+    ends: Vec<usize>,
+    /// How many samples go into a bucket.
+    per_bucket: u64,
+    /// The bucket being filled, and how many samples went into it.
+    open: Option<(Box<Bucket>, u64)>,
+    figures: Figures,
+}
+
+impl RunData {
+    /// A run without samples yet.
+    pub fn new(facts: RunFacts) -> Self {
+        let figures = Figures::default();
+        Self { facts, samples: Vec::new(), ends: Vec::new(), per_bucket: 1, open: None, figures }
+    }
+
+    /// The facts given.
+    pub fn facts(&self) -> &RunFacts {
+        &self.facts
+    }
+
+    /// The facts, to add what is known only when the run is over (limit checks, a warning).
+    pub fn facts_mut(&mut self) -> &mut RunFacts {
+        &mut self.facts
+    }
+
+    /// Takes the next sample. One with a value that is not a finite number of at most 1e100 is skipped (and counted).
+    pub fn push(&mut self, sample: &PlotSample) {
+        if !sample.is_finite() {
+            self.figures.skipped += 1;
+            return;
+        }
+        self.figures.add(sample);
+        if self.per_bucket == 1 {
+            self.samples.push(*sample);
+            self.ends.push(self.samples.len());
+        } else {
+            match &mut self.open {
+                Some((bucket, count)) => {
+                    bucket.add(*sample);
+                    *count += 1;
+                }
+                None => self.open = Some((Box::new(Bucket::new(*sample)), 1)),
+            }
+            if self.open.as_ref().is_some_and(|(_, count)| *count >= self.per_bucket)
+                && let Some((bucket, _)) = self.open.take()
+            {
+                bucket.write(&mut self.samples);
+                self.ends.push(self.samples.len());
+            }
+        }
+        if self.ends.len() > MAX_BUCKETS {
+            self.merge();
+        }
+    }
+
+    /// Merges closed buckets two by two; an odd one at the end becomes the open one.
+    fn merge(&mut self) {
+        let old = std::mem::take(&mut self.samples);
+        let ends = std::mem::take(&mut self.ends);
+        let mut start = 0;
+        for pair in ends.chunks(2) {
+            let end = pair.last().copied().unwrap_or(start);
+            let mut samples = old.get(start..end).unwrap_or_default().iter();
+            start = end;
+            let Some(first) = samples.next() else { continue };
+            let mut bucket = Bucket::new(*first);
+            samples.for_each(|sample| bucket.add(*sample));
+            if pair.len() == 2 {
+                bucket.write(&mut self.samples);
+                self.ends.push(self.samples.len());
+            } else {
+                self.open = Some((Box::new(bucket), self.per_bucket));
+            }
+        }
+        self.per_bucket = self.per_bucket.saturating_mul(2);
+    }
+
+    /// The samples kept, in the order of time.
+    pub fn samples(&self) -> Vec<PlotSample> {
+        let mut samples = self.samples.clone();
+        if let Some((bucket, _)) = &self.open {
+            bucket.write(&mut samples);
+        }
+        samples
+    }
+
+    /// How many samples were skipped because a value was not finite.
+    pub fn skipped(&self) -> u64 {
+        self.figures.skipped
+    }
+
+    pub(super) fn figures(&self) -> &Figures {
+        &self.figures
+    }
+
+    /// The check of the limit with this key.
+    pub(super) fn limit(&self, name: &str) -> Option<&LimitCheck> {
+        self.facts.limits.iter().find(|check| check.name == name && check.limit > 0.0 && check.limit <= LARGEST)
+    }
+}
+
+impl<const A: usize> Observer<A> for RunData {
+    fn period(&mut self, period: &Period<A>) -> Result<(), ObserverError> {
+        self.push(&PlotSample::from(period));
+        Ok(())
+    }
+}

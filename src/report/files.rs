@@ -1,0 +1,48 @@
+//! Plots into a folder.
+
+use std::fs;
+use std::io;
+use std::path::{Path, PathBuf};
+
+use super::{Format, PlotKind, ReportError, RunData, draw};
+
+/// Draws every plot that applies to the runs and writes `STEM-path.svg`, `STEM-contour.svg`, `STEM-feedrate.svg`,
+/// `STEM-voltage.svg` and, when there was a search, `STEM-search.svg` into `folder` (made if missing; existing files are
+/// replaced). Returns the files in this order.
+///
+/// All plots are drawn before the first is written, and each file appears under its name only when it is complete.
+///
+/// # Errors
+/// No run, a stem that is no plain file name, a plot that cannot be drawn, a file or folder that cannot be written.
+pub fn write_all(runs: &[RunData], folder: &Path, stem: &str, format: Format) -> Result<Vec<PathBuf>, ReportError> {
+    if stem.is_empty() || stem.chars().any(|c| matches!(c, '/' | '\\') || c.is_control()) {
+        return Err(ReportError::Stem { stem: stem.to_owned() });
+    }
+    if runs.is_empty() {
+        return Err(ReportError::Nothing { kind: PlotKind::Path });
+    }
+    let plots = PlotKind::ALL
+        .into_iter()
+        .filter(|kind| kind.applies_to(runs))
+        .map(|kind| Ok((format!("{stem}-{}.{}", kind.name(), format.extension()), draw(runs, kind, format)?)))
+        .collect::<Result<Vec<_>, ReportError>>()?;
+    fs::create_dir_all(folder).map_err(|source| ReportError::Write { file: folder.to_owned(), source })?;
+    let mut files = Vec::with_capacity(plots.len());
+    for (name, bytes) in plots {
+        let file = folder.join(&name);
+        // Beside the final file, so that renaming never crosses file systems.
+        let unfinished = folder.join(format!(".{name}.{}.part", std::process::id()));
+        if let Err(source) = write_and_rename(&unfinished, &file, &bytes) {
+            // What could not be written is not left behind; that it cannot be removed either adds nothing.
+            let _ = fs::remove_file(&unfinished);
+            return Err(ReportError::Write { file, source });
+        }
+        files.push(file);
+    }
+    Ok(files)
+}
+
+fn write_and_rename(unfinished: &Path, file: &Path, bytes: &[u8]) -> io::Result<()> {
+    fs::write(unfinished, bytes)?;
+    fs::rename(unfinished, file)
+}
