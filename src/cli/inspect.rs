@@ -226,3 +226,131 @@ fn to_json(file: &Path, recording: &Recording) -> Value {
         "log": log,
     })
 }
+
+#[cfg(test)]
+mod tests {
+    use nalgebra::Vector2;
+
+    use super::*;
+    use crate::feedrate::{Motion, Profile};
+    use crate::limits::Limits;
+    use crate::path::Line;
+    use crate::recording::{Facts, Recorder};
+    use crate::servo::{AxisParameters, Drive, LoopSettings, Pdff, Plant};
+    use crate::simulation::Simulation;
+    use crate::summary::SummaryObserver;
+
+    /// A recording of a short line, and its bytes.
+    fn recording(folder: &Path) -> (PathBuf, Vec<u8>) {
+        let path = Line::new(Vector2::new(0.0, 0.0), Vector2::new(40.0, 30.0)).unwrap();
+        let motion = Motion::plan(50.0, 100.0, Profile::Quintic { phase_s: 0.1 }).unwrap();
+        let axis = AxisParameters {
+            plant: Plant { gain_rad_s_v: 34.0, time_constant_s: 0.08 },
+            drive: Drive::default(),
+            pdff: Pdff { kpp_rad_s_mm: 97.0, kpv_nm_s_rad: 1.2, kiv_1_s: 250.0, kpf_rad_mm: 0.8, kvf: 0.85 },
+        };
+        let settings = LoopSettings { settling_s: 2.0, ..LoopSettings::default() };
+        let run = Simulation::new(&path, &motion, [axis, axis], settings).unwrap();
+        let file = folder.join("line.mcap");
+        let mut recorder = Recorder::create(&file, Facts::new("line", "name = \"line\"\n")).unwrap();
+        let mut summary = SummaryObserver::new("line");
+        let limits = Limits { contour_error_um: Some(30.0), ..Limits::default() };
+        run.run(&limits, None, &mut [&mut summary, &mut recorder]).unwrap();
+        recorder.finish(&summary.summary()).unwrap();
+        let bytes = std::fs::read(&file).unwrap();
+        (file, bytes)
+    }
+
+    /// Standard output and the notes.
+    fn run(file: &Path, format: InspectFormat, csv: bool) -> (Result<(), InspectError>, String, String) {
+        let (mut out, mut notes) = (Vec::new(), Vec::new());
+        let args = InspectArgs { file: file.to_owned(), format, csv };
+        let result = inspect(&args, &mut out, &mut notes);
+        (result, String::from_utf8(out).unwrap(), String::from_utf8(notes).unwrap())
+    }
+
+    #[test]
+    fn a_whole_recording_is_summarised() {
+        let folder = tempfile::tempdir().unwrap();
+        let (file, _) = recording(folder.path());
+        let (result, text, notes) = run(&file, InspectFormat::Text, false);
+        result.unwrap();
+        assert_eq!(notes, "");
+        for wanted in [
+            "state        complete",
+            "line",
+            "/servo   servosim.Servo",
+            "2601",
+            "contour_error_um = 30: kept",
+            "run complete",
+        ] {
+            assert!(text.contains(wanted), "{wanted} is missing in:\n{text}");
+        }
+        let (result, text, _) = run(&file, InspectFormat::Json, false);
+        result.unwrap();
+        let json: Value = serde_json::from_str(&text).unwrap();
+        assert_eq!(json["complete"], true);
+        assert_eq!(json["samples"], 2601);
+        assert_eq!(json["summary"]["samples"], 2601);
+        assert_eq!(json["topics"][0]["topic"], "/servo");
+        let (result, text, _) = run(&file, InspectFormat::Text, true);
+        result.unwrap();
+        assert_eq!(text.lines().count(), 2602);
+        assert!(text.starts_with("time_s,path_s_mm,"));
+    }
+
+    #[test]
+    fn a_cut_recording_says_so_and_gives_what_it_holds() {
+        let folder = tempfile::tempdir().unwrap();
+        let (file, bytes) = recording(folder.path());
+        std::fs::write(&file, &bytes[..bytes.len() * 2 / 3]).unwrap();
+        let (result, text, notes) = run(&file, InspectFormat::Text, false);
+        result.unwrap();
+        assert!(text.contains("state        cut short: the file ends before the recording does"), "{text}");
+        assert!(notes.contains("line.mcap was cut short") && notes.contains("of 2601 samples"), "{notes}");
+        let (_, text, notes) = run(&file, InspectFormat::Text, true);
+        let rows = text.lines().count() - 1;
+        assert!((500..2601).contains(&rows), "{rows} rows");
+        assert!(notes.contains(&format!("{rows} of 2601 samples")), "{notes}");
+        let (_, text, _) = run(&file, InspectFormat::Json, false);
+        assert_eq!(serde_json::from_str::<Value>(&text).unwrap()["complete"], false);
+    }
+
+    #[test]
+    fn exit_codes_tell_what_is_wrong() {
+        let folder = tempfile::tempdir().unwrap();
+        let (file, mut bytes) = recording(folder.path());
+        let code = |file: &Path| run(file, InspectFormat::Text, false).0.unwrap_err().exit_code();
+        assert_eq!(code(&folder.path().join("missing.mcap")), 2);
+        assert_eq!(code(folder.path()), 2);
+        let middle = bytes.len() / 2;
+        bytes[middle] ^= 1;
+        std::fs::write(&file, &bytes).unwrap();
+        assert_eq!(code(&file), 1);
+        std::fs::write(&file, "").unwrap();
+        assert_eq!(code(&file), 1);
+    }
+
+    /// A reader that has left.
+    struct Closed;
+
+    impl Write for Closed {
+        fn write(&mut self, _: &[u8]) -> io::Result<usize> {
+            Err(io::ErrorKind::BrokenPipe.into())
+        }
+
+        fn flush(&mut self) -> io::Result<()> {
+            Ok(())
+        }
+    }
+
+    #[test]
+    fn a_closed_pipe_is_no_error() {
+        let folder = tempfile::tempdir().unwrap();
+        let (file, _) = recording(folder.path());
+        for (format, csv) in [(InspectFormat::Text, false), (InspectFormat::Json, false), (InspectFormat::Text, true)] {
+            let args = InspectArgs { file: file.clone(), format, csv };
+            inspect(&args, &mut Closed, &mut Vec::new()).unwrap();
+        }
+    }
+}

@@ -58,3 +58,30 @@ columns! {
 pub fn write_header(out: &mut dyn Write) -> io::Result<()> {
     writeln!(out, "{}", COLUMNS.join(","))
 }
+
+#[cfg(test)]
+mod tests {
+    use prost::Message;
+    use prost_types::FileDescriptorSet;
+
+    use super::COLUMNS;
+    use crate::recording::messages::Servo;
+    use crate::recording::schema::Described;
+
+    fn leaves(set: &FileDescriptorSet, name: &str, prefix: &str) -> Vec<String> {
+        let messages = set.file.iter().flat_map(|file| file.message_type.iter().map(move |m| (file.package(), m)));
+        let (_, message) =
+            messages.into_iter().find(|(package, m)| format!(".{package}.{}", m.name()) == name).unwrap();
+        let names = message.field.iter().map(|field| match field.type_name() {
+            "" => vec![format!("{prefix}{}", field.name())],
+            inner => leaves(set, inner, &format!("{prefix}{}_", field.name())),
+        });
+        names.flatten().collect()
+    }
+
+    #[test]
+    fn validates_columns_against_the_schema() {
+        let set = FileDescriptorSet::decode(&Servo::schema()[..]).unwrap();
+        assert_eq!(COLUMNS, leaves(&set, ".servosim.Servo", ""));
+    }
+}
