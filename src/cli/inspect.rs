@@ -127,7 +127,7 @@ fn write_text(out: &mut dyn Write, file: &Path, recording: &Recording) -> io::Re
     let period = recording.plan.get("period_s").map(|period| format!(" every {period} s")).unwrap_or_default();
     row("samples", &format!("{}{period}", samples(recording)))?;
     if let Some((from, to)) = recording.time_range_s {
-        row("time", &format!("{from} s to {to} s"))?;
+        row("time", &format!("{from:.4} s to {to:.4} s"))?;
     }
     for (i, topic) in recording.topics.iter().enumerate() {
         let name = if i == 0 { "topics" } else { "" };
@@ -170,7 +170,8 @@ fn write_text(out: &mut dyn Write, file: &Path, recording: &Recording) -> io::Re
                 row("lock-up", lockup)?;
             }
         }
-        None => row("summary", "none that this version can read")?,
+        None if recording.summary_json.is_some() => row("summary", "of a form that this version does not know")?,
+        None => row("summary", "none: it is written at the end of a run")?,
     }
     for (i, line) in recording.log.iter().enumerate() {
         let name = if i == 0 { "log" } else { "" };

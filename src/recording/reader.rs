@@ -11,7 +11,7 @@ use prost::Message;
 use serde_json::Value;
 use sha2::{Digest, Sha256};
 
-use super::error::{ReadError, into_io};
+use super::error::ReadError;
 use super::fields::{self, Fields};
 use super::foxglove::{Level, Log, SceneUpdate};
 use super::messages::Servo;
@@ -177,7 +177,7 @@ impl Recording {
                     break;
                 }
                 Some(Err(McapError::Io(source))) => return Err(failed(source)),
-                Some(Err(error)) => return Err(scan.damaged(&into_io(error).to_string())),
+                Some(Err(error)) => return Err(scan.damaged(&in_words(error))),
             }
         }
         scan.finish()
@@ -222,6 +222,21 @@ fn read_some(source: &mut impl Read, buffer: &mut [u8]) -> io::Result<usize> {
             Err(error) if error.kind() == io::ErrorKind::Interrupted => {}
             result => return result,
         }
+    }
+}
+
+/// What the MCAP reader stumbled over.
+fn in_words(error: McapError) -> String {
+    match error {
+        McapError::BadChunkCrc { .. } | McapError::BadDataCrc { .. } | McapError::BadSummaryCrc { .. } => {
+            "a checksum does not match, so that bytes have changed since it was written".to_owned()
+        }
+        McapError::RecordTooLarge { len, .. } | McapError::ChunkTooLarge(len) => {
+            format!("a record claims to be {len} bytes long")
+        }
+        McapError::BytesAfterEndMagic => "something follows its end".to_owned(),
+        McapError::BadMagic => "it does not end as an MCAP file does".to_owned(),
+        other => format!("its records do not fit together ({other})"),
     }
 }
 
