@@ -1,4 +1,8 @@
 //! servosim
+pub mod cli {
+    //! The subcommands.
+    pub mod inspect;
+}
 pub mod contour;
 pub mod feedrate;
 pub mod interpolator;

@@ -1,0 +1,438 @@
+//! The observer that writes a recording.
+
+use std::collections::BTreeMap;
+use std::fs::File;
+use std::io::{BufWriter, Write};
+use std::path::{Path, PathBuf};
+
+use mcap::records::{MessageHeader, Metadata};
+use mcap::write::NoSeek;
+use mcap::{Attachment, McapError, WriteOptions, Writer};
+use prost::Message;
+
+use super::error::{RecordingError, into_io};
+use super::foxglove::{Level, Log, SceneUpdate};
+use super::log::{self, Thinning};
+use super::messages::{AxisSignals, Nearest, PathSignals, Servo};
+use super::place::Place;
+use super::reader::hex_sha256;
+use super::scene::Scene;
+use super::schema::Described;
+use super::{LOG_TOPIC, PLAN_METADATA, RUN_METADATA, SCENARIO_NAME, SCENE_TOPIC, SERVO_TOPIC, SUMMARY_NAME};
+use crate::limits::{Event, Limits};
+use crate::simulation::{Observer, ObserverError, Period, RunPlan};
+use crate::summary::Summary;
+
+/// Messages are written to the file in chunks of about this size; a killed run loses at most one.
+const CHUNK_BYTES: u64 = 256 * 1024;
+
+/// What is known of a run before it begins.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Facts {
+    /// Name of the scenario.
+    pub name: String,
+    /// The scenario as TOML.
+    pub scenario: String,
+    /// Seed of the run; 0 where nothing is random.
+    pub seed: u64,
+    /// Version of the program.
+    pub version: String,
+}
+
+impl Facts {
+    /// The facts of a run of this scenario with this version of servosim and seed 0.
+    pub fn new(name: impl Into<String>, scenario: impl Into<String>) -> Self {
+        Self { name: name.into(), scenario: scenario.into(), seed: 0, version: env!("CARGO_PKG_VERSION").to_owned() }
+    }
+}
+
+/// A recording that was written.
+#[derive(Debug)]
+pub struct Saved<W> {
+    /// Where it is, when it is a file.
+    pub path: Option<PathBuf>,
+    /// What it was written to, flushed.
+    pub writer: W,
+}
+
+/// Writes a run to an MCAP file as it happens. Its memory does not grow with the run (but for some 200 bytes a chunk).
+///
+/// On disk the recording is `NAME.partial` until [`Recorder::finish`] gives it its name. When anything fails, and when the
+/// recorder is dropped unfinished, that file is removed; a process that is killed leaves it, readable up to its last
+/// whole chunk.
+pub struct Recorder<W: Write> {
+    output: Option<Writer<NoSeek<W>>>,
+    place: Option<Place>,
+    /// What messages call the recording.
+    name: String,
+    facts: Facts,
+    run: Option<Run>,
+    /// The message being written; reused.
+    buffer: Vec<u8>,
+}
+
+/// What is known once the run has begun.
+struct Run {
+    channels: [u16; 3],
+    scene: Scene,
+    thinning: Thinning,
+    time_ns: u64,
+    /// The next sample that may come.
+    next: u64,
+    scene_messages: u32,
+    log_messages: u32,
+}
+
+/// Index of a topic's channel.
+#[derive(Clone, Copy)]
+enum Topic {
+    Servo,
+    Scene,
+    Log,
+}
+
+impl Recorder<BufWriter<File>> {
+    /// A recording that will be the file `path`. A recording of that name is replaced once this one is whole.
+    ///
+    /// # Errors
+    /// The folder is missing or not writable, something other than a recording has that name, or another run is writing it.
+    pub fn create(path: impl AsRef<Path>, facts: Facts) -> Result<Self, RecordingError> {
+        Self::create_with(path, facts, BufWriter::new)
+    }
+}
+
+impl<W: Write> Recorder<W> {
+    /// A recording into any writer.
+    ///
+    /// # Errors
+    /// Those of the writer.
+    pub fn new(writer: W, facts: Facts) -> Result<Self, RecordingError> {
+        Self::start(writer, None, "to its stream".to_owned(), facts)
+    }
+
+    /// As [`Recorder::create`], with the open file wrapped in a writer of your own.
+    ///
+    /// # Errors
+    /// See [`Recorder::create`].
+    pub fn create_with(
+        path: impl AsRef<Path>,
+        facts: Facts,
+        wrap: impl FnOnce(File) -> W,
+    ) -> Result<Self, RecordingError> {
+        let path = path.as_ref();
+        let (place, file) = Place::open(path)?;
+        Self::start(wrap(file), Some(place), path.display().to_string(), facts)
+    }
+
+    fn start(writer: W, place: Option<Place>, name: String, facts: Facts) -> Result<Self, RecordingError> {
+        let options = WriteOptions::new()
+            .compression(None)
+            .chunk_size(Some(CHUNK_BYTES))
+            // A chunk is gathered in memory and written whole: a killed run leaves no half-made one behind.
+            .disable_seeking(true)
+            .library(format!("servosim {}", facts.version));
+        let mut recorder = Self { output: None, place, name, facts, run: None, buffer: Vec::with_capacity(512) };
+        match options.create(NoSeek::new(writer)) {
+            Ok(output) => recorder.output = Some(output),
+            Err(error) => return Err(recorder.fail(error)),
+        }
+        recorder.write_facts()?;
+        Ok(recorder)
+    }
+
+    fn write_facts(&mut self) -> Result<(), RecordingError> {
+        let metadata = [
+            ("name", self.facts.name.clone()),
+            ("scenario_sha256", hex_sha256(&self.facts.scenario)),
+            ("seed", self.facts.seed.to_string()),
+            ("units", "mm, s, rad, V, N m; errors in µm; one unit of /scene is 1 mm".to_owned()),
+            ("version", self.facts.version.clone()),
+        ];
+        let text = self.facts.scenario.clone().into_bytes();
+        self.metadata(RUN_METADATA, metadata)?;
+        self.attach(SCENARIO_NAME, "application/toml", text)
+    }
+
+    /// Writes the summary and the end of the file and gives it its name.
+    ///
+    /// # Errors
+    /// The run was not begun, or writing failed.
+    pub fn finish(self, summary: &Summary) -> Result<Saved<W>, RecordingError> {
+        self.close(summary, true)
+    }
+
+    /// Ends the recording of a run that was stopped: the file is as well-formed as any, but keeps the name `NAME.partial`, so
+    /// that a shorter run does not replace an earlier whole one.
+    ///
+    /// # Errors
+    /// The run was not begun, or writing failed.
+    pub fn interrupted(self, summary: &Summary) -> Result<Saved<W>, RecordingError> {
+        self.close(summary, false)
+    }
+
+    fn close(mut self, summary: &Summary, whole: bool) -> Result<Saved<W>, RecordingError> {
+        let Some((thinning, time_ns)) = self.run.as_ref().map(|run| (run.thinning, run.time_ns)) else {
+            return Err(self.out_of_order("it is finished before its run began"));
+        };
+        self.piece()?;
+        for line in thinning.counts() {
+            self.log(time_ns, Level::Warning, line)?;
+        }
+        self.log(time_ns, Level::Info, log::headline(summary))?;
+        let json = match serde_json::to_vec(summary) {
+            Ok(json) => json,
+            Err(error) => return Err(self.fail(McapError::Io(error.into()))),
+        };
+        self.attach(SUMMARY_NAME, "application/json", json)?;
+        let Some(mut output) = self.output.take() else {
+            return Err(self.out_of_order("it failed before"));
+        };
+        // Dropping the writer would hide this error.
+        if let Err(error) = output.finish() {
+            return Err(self.fail(error));
+        }
+        let mut writer = output.into_inner().into_inner();
+        if let Err(error) = writer.flush() {
+            return Err(self.fail(McapError::Io(error)));
+        }
+        let path = match self.place.take() {
+            Some(place) if whole => {
+                place.keep()?;
+                Some(place.whole)
+            }
+            Some(place) => Some(place.partial),
+            None => None,
+        };
+        Ok(Saved { path, writer })
+    }
+
+    /// Gives up: removes the partial file and says what happened.
+    fn fail(&mut self, error: McapError) -> RecordingError {
+        self.abandon();
+        RecordingError::Write { name: self.name.clone(), source: into_io(error) }
+    }
+
+    fn out_of_order(&mut self, what: &'static str) -> RecordingError {
+        RecordingError::Order { name: self.name.clone(), what }
+    }
+
+    fn abandon(&mut self) {
+        // Taken apart, because a dropped writer would try to finish the file.
+        if let Some(output) = self.output.take() {
+            drop(output.into_inner());
+        }
+        if let Some(place) = self.place.take() {
+            place.discard();
+        }
+    }
+
+    /// Calls the writer, and gives up when it fails.
+    #[inline]
+    fn write<T>(
+        &mut self,
+        call: impl FnOnce(&mut Writer<NoSeek<W>>, &[u8]) -> Result<T, McapError>,
+    ) -> Result<T, RecordingError> {
+        let result = match &mut self.output {
+            Some(output) => call(output, &self.buffer),
+            None => Err(McapError::AttemptedWriteAfterFailure),
+        };
+        result.map_err(|error| self.fail(error))
+    }
+
+    fn metadata<const N: usize>(&mut self, name: &str, pairs: [(&str, String); N]) -> Result<(), RecordingError> {
+        let metadata = pairs.into_iter().map(|(key, value)| (key.to_owned(), value)).collect();
+        let metadata = Metadata { name: name.to_owned(), metadata };
+        self.write(|output, _| output.write_metadata(&metadata))
+    }
+
+    fn attach(&mut self, name: &str, media_type: &str, data: Vec<u8>) -> Result<(), RecordingError> {
+        // No time of day: the same run gives the same bytes.
+        let attachment = Attachment {
+            log_time: 0,
+            create_time: 0,
+            name: name.to_owned(),
+            media_type: media_type.to_owned(),
+            data: data.into(),
+        };
+        self.write(|output, _| output.attach(&attachment))
+    }
+
+    fn channel<M: Described>(&mut self, topic: &str) -> Result<u16, RecordingError> {
+        self.write(|output, _| {
+            let schema = output.add_schema(&M::full_name(), "protobuf", &M::schema())?;
+            output.add_channel(schema, topic, "protobuf", &BTreeMap::new())
+        })
+    }
+
+    /// Writes the message in the buffer.
+    #[inline]
+    fn message(&mut self, topic: Topic, sequence: u32) -> Result<(), RecordingError> {
+        let Some(run) = &self.run else {
+            return Err(self.out_of_order("the run has not begun"));
+        };
+        let [servo, scene, log] = run.channels;
+        let channel_id = match topic {
+            Topic::Servo => servo,
+            Topic::Scene => scene,
+            Topic::Log => log,
+        };
+        let header = MessageHeader { channel_id, sequence, log_time: run.time_ns, publish_time: run.time_ns };
+        self.write(|output, data| output.write_to_known_channel(&header, data))
+    }
+
+    fn log(&mut self, time_ns: u64, level: Level, line: String) -> Result<(), RecordingError> {
+        encode(&mut self.buffer, &log::log(time_ns, level, line));
+        let sequence = self.run.as_mut().map_or(0, |run| {
+            run.log_messages += 1;
+            run.log_messages - 1
+        });
+        self.message(Topic::Log, sequence)
+    }
+
+    /// Writes the piece of the scene up to here, if there is one.
+    fn piece(&mut self) -> Result<(), RecordingError> {
+        let Some(run) = &mut self.run else { return Ok(()) };
+        let Some(piece) = run.scene.piece(run.time_ns) else { return Ok(()) };
+        encode(&mut self.buffer, piece);
+        run.scene.next_piece();
+        run.scene_messages += 1;
+        let sequence = run.scene_messages;
+        self.message(Topic::Scene, sequence)
+    }
+
+    fn begin_run(&mut self, plan: &RunPlan<'_, 2>) -> Result<(), RecordingError> {
+        if self.run.is_some() {
+            return Err(self.out_of_order("a recording holds one run"));
+        }
+        let (scene, desired) = Scene::begin(plan);
+        let period_s = plan.settings.period_s;
+        let [x, y] = plan.axes;
+        let Limits { contour_error_um, .. } = plan.limits;
+        self.metadata(
+            PLAN_METADATA,
+            [
+                ("contour_error_limit_um", contour_error_um.map(|limit| limit.to_string()).unwrap_or_default()),
+                ("error_magnification", scene.magnification.to_string()),
+                ("path_length_mm", plan.path.length_mm().to_string()),
+                ("motion_time_s", plan.motion.total_s().to_string()),
+                ("period_s", period_s.to_string()),
+                ("samples", plan.samples.to_string()),
+                ("voltage_limit_x_v", x.drive.voltage_limit_v.to_string()),
+                ("voltage_limit_y_v", y.drive.voltage_limit_v.to_string()),
+            ],
+        )?;
+        let channels = [
+            self.channel::<Servo>(SERVO_TOPIC)?,
+            self.channel::<SceneUpdate>(SCENE_TOPIC)?,
+            self.channel::<Log>(LOG_TOPIC)?,
+        ];
+        let first = format!(
+            "run {}: {} samples of {period_s} s along {:.3} mm",
+            self.facts.name,
+            plan.samples,
+            plan.path.length_mm()
+        );
+        let thinning = Thinning::default();
+        self.run = Some(Run { channels, scene, thinning, time_ns: 0, next: 0, scene_messages: 0, log_messages: 0 });
+        self.log(0, Level::Info, first)?;
+        encode(&mut self.buffer, &desired);
+        self.message(Topic::Scene, 0)
+    }
+
+    #[inline]
+    fn add_period(&mut self, period: &Period<2>) -> Result<(), RecordingError> {
+        let Some(run) = &mut self.run else {
+            return Err(self.out_of_order("the run has not begun"));
+        };
+        let Ok(sequence) = u32::try_from(period.k) else {
+            return Err(self.out_of_order("it holds at most 4294967296 samples"));
+        };
+        if period.k < run.next {
+            return Err(self.out_of_order("a sample came after a later one"));
+        }
+        run.next = period.k + 1;
+        run.time_ns = run.time_ns.max(nanos(period.time_s));
+        let due = run.scene.add(period);
+        encode(&mut self.buffer, &servo(period));
+        self.message(Topic::Servo, sequence)?;
+        if due { self.piece() } else { Ok(()) }
+    }
+
+    fn add_event(&mut self, event: &Event) -> Result<(), RecordingError> {
+        let Some(run) = &mut self.run else {
+            return Err(self.out_of_order("the run has not begun"));
+        };
+        match run.thinning.line(event) {
+            Some(line) => self.log(nanos(event.time_s()), log::level(event.severity()), line),
+            None => Ok(()),
+        }
+    }
+}
+
+impl<W: Write> Observer<2> for Recorder<W> {
+    fn begin(&mut self, plan: &RunPlan<'_, 2>) -> Result<(), ObserverError> {
+        Ok(self.begin_run(plan)?)
+    }
+
+    #[inline]
+    fn period(&mut self, period: &Period<2>) -> Result<(), ObserverError> {
+        Ok(self.add_period(period)?)
+    }
+
+    fn event(&mut self, event: &Event) -> Result<(), ObserverError> {
+        Ok(self.add_event(event)?)
+    }
+}
+
+impl<W: Write> Drop for Recorder<W> {
+    fn drop(&mut self) {
+        self.abandon();
+    }
+}
+
+/// A period as its message.
+#[inline]
+pub(crate) fn servo(period: &Period<2>) -> Servo {
+    let setpoint = &period.setpoint;
+    let [x, y] = &period.axes;
+    let axis = |signals: &crate::servo::AxisSignals, velocity: f64, accel: f64, jerk: f64| AxisSignals {
+        command_mm: signals.command_mm,
+        actual_mm: signals.actual_mm,
+        velocity_command_rad_s: signals.velocity_command_rad_s,
+        velocity_rad_s: signals.velocity_rad_s,
+        torque_nm: signals.torque_nm,
+        voltage_v: signals.voltage_v,
+        saturated: signals.saturated,
+        setpoint_velocity_mm_s: velocity,
+        setpoint_accel_mm_s2: accel,
+        setpoint_jerk_mm_s3: jerk,
+    };
+    let (velocity, accel, jerk) = (setpoint.velocity_mm_s, setpoint.acceleration_mm_s2, setpoint.jerk_vector_mm_s3);
+    Servo {
+        time_s: period.time_s,
+        path: PathSignals {
+            s_mm: setpoint.s_mm,
+            feed_mm_s: setpoint.feed_mm_s,
+            accel_mm_s2: setpoint.accel_mm_s2,
+            jerk_mm_s3: setpoint.jerk_mm_s3,
+        },
+        x: axis(x, velocity.x, accel.x, jerk.x),
+        y: axis(y, velocity.y, accel.y, jerk.y),
+        contour_error_um: period.contour_error_um,
+        tracking_error_um: period.tracking_error_um,
+        nearest: Nearest { x_mm: period.nearest_mm.x, y_mm: period.nearest_mm.y, s_mm: period.nearest_s_mm },
+    }
+}
+
+/// Puts the message into the buffer, which grows to the largest message and is then reused.
+#[inline]
+fn encode(buffer: &mut Vec<u8>, message: &impl Message) {
+    buffer.clear();
+    message.encode_raw(buffer);
+}
+
+/// Seconds as whole nanoseconds, the nearest ones.
+#[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss)] // a float cast saturates
+fn nanos(time_s: f64) -> u64 {
+    (time_s * 1e9).round() as u64
+}

@@ -1,0 +1,276 @@
+//! The picture on `/scene`: the desired path, the actual path and the error drawn large, piece by piece.
+
+use nalgebra::Vector2;
+
+use super::foxglove::{
+    Color, KeyValuePair, LinePrimitive, LineType, Point3, Pose, SceneEntity, SceneUpdate, TextPrimitive, Timestamp,
+};
+use crate::path::{Cursor, Path};
+use crate::simulation::{Period, RunPlan};
+
+/// Coordinate frame of every entity.
+const FRAME: &str = "servosim";
+
+/// Name of the entity that holds the desired path.
+pub(crate) const DESIRED: &str = "desired path";
+
+/// Most points that the desired path is drawn with.
+const MAX_DESIRED_POINTS: usize = 4000;
+
+/// Most points of a piece: it bounds the memory of a recorder.
+const MAX_PIECE_POINTS: usize = 1000;
+
+/// A limit that stands for the missing one when the magnification is chosen \[µm\].
+const USUAL_LIMIT_UM: f64 = 30.0;
+
+/// Share of the picture that the limit is drawn as.
+const LIMIT_SHARE: f64 = 0.04;
+
+const GREY: Color = Color { r: 0.55, g: 0.6, b: 0.65, a: 1.0 };
+const BLUE: Color = Color { r: 0.15, g: 0.5, b: 0.95, a: 1.0 };
+const RED: Color = Color { r: 0.9, g: 0.25, b: 0.15, a: 1.0 };
+
+/// The picture of one run in the making. Its memory does not grow with the run.
+#[derive(Debug)]
+pub(crate) struct Scene {
+    /// By how much the error is magnified.
+    pub(crate) magnification: f64,
+    /// A point is kept once the tool or the drawn error has moved this far \[mm\].
+    thinning_mm: f64,
+    /// A piece ends after this many periods, or when it is full.
+    interval: u64,
+    periods: u64,
+    pieces: u64,
+    newest: (Vector2<f64>, Vector2<f64>),
+    kept: Option<(Vector2<f64>, Vector2<f64>)>,
+    piece: SceneUpdate,
+}
+
+impl Scene {
+    /// The scene of a run and its first message: the desired path.
+    pub(crate) fn begin(plan: &RunPlan<'_, 2>) -> (Self, SceneUpdate) {
+        let points = sample(plan.path);
+        let (low, high) = extent(&points);
+        let extent_mm = (high - low).max();
+        let limit_um = plan.limits.contour_error_um.filter(|limit| *limit > 0.0).unwrap_or(USUAL_LIMIT_UM);
+        let magnification = round_125(LIMIT_SHARE * extent_mm / (1e-3 * limit_um));
+        let drawn_mm = 1e-3 * limit_um * magnification;
+
+        let mut desired =
+            entity(DESIRED.to_owned(), 0, &[("unit", "mm"), ("error_magnification", &magnification.to_string())]);
+        desired.lines.push(line(points, GREY));
+        desired.texts.push(TextPrimitive {
+            pose: Pose::at(low.x, high.y + 2.0 * LIMIT_SHARE * extent_mm),
+            billboard: true,
+            font_size: 14.0,
+            scale_invariant: true,
+            color: RED,
+            text: format!("error × {magnification}: {limit_um} µm is drawn as {drawn_mm:.3} mm (1 unit = 1 mm)"),
+        });
+
+        let scene = Self {
+            magnification,
+            thinning_mm: extent_mm / 2000.0,
+            interval: (plan.samples / 100).max(50),
+            periods: 0,
+            pieces: 0,
+            newest: (Vector2::zeros(), Vector2::zeros()),
+            kept: None,
+            piece: SceneUpdate {
+                deletions: Vec::new(),
+                entities: vec![SceneEntity {
+                    lines: vec![line(Vec::new(), BLUE), line(Vec::new(), RED)],
+                    ..entity(String::new(), 0, &[("unit", "mm")])
+                }],
+            },
+        };
+        (scene, SceneUpdate { deletions: Vec::new(), entities: vec![desired] })
+    }
+
+    /// Takes a period; true when a piece is due.
+    pub(crate) fn add(&mut self, period: &Period<2>) -> bool {
+        let actual = period.actual_mm;
+        let error = period.nearest_mm + self.magnification * (actual - period.nearest_mm);
+        self.newest = (actual, error);
+        let far = |a: Vector2<f64>, b: Vector2<f64>| (a - b).amax() >= self.thinning_mm;
+        if self.kept.is_none_or(|(kept_actual, kept_error)| far(actual, kept_actual) || far(error, kept_error)) {
+            self.keep();
+        }
+        self.periods += 1;
+        self.periods >= self.interval || self.points() >= MAX_PIECE_POINTS
+    }
+
+    /// The piece up to the last period, or none while the tool stands still.
+    pub(crate) fn piece(&mut self, time_ns: u64) -> Option<&SceneUpdate> {
+        self.periods = 0;
+        if self.kept.is_some_and(|kept| kept != self.newest) {
+            self.keep();
+        }
+        if self.points() < 2 {
+            return None;
+        }
+        self.pieces += 1;
+        if let Some(entity) = self.piece.entities.first_mut() {
+            entity.timestamp = Timestamp::from_nanos(time_ns);
+            entity.id = format!("actual path and error, piece {}", self.pieces);
+        }
+        Some(&self.piece)
+    }
+
+    /// Starts the next piece where the last one ended.
+    pub(crate) fn next_piece(&mut self) {
+        if self.points() >= 2 {
+            for line in self.piece.entities.iter_mut().flat_map(|entity| &mut entity.lines) {
+                line.points.clear();
+            }
+            self.keep();
+        }
+    }
+
+    fn keep(&mut self) {
+        self.kept = Some(self.newest);
+        if let Some([actual, error]) = self.piece.entities.first_mut().map(|entity| &mut entity.lines[..]) {
+            actual.points.push(point(self.newest.0));
+            error.points.push(point(self.newest.1));
+        }
+    }
+
+    fn points(&self) -> usize {
+        self.piece.entities.first().and_then(|entity| entity.lines.first()).map_or(0, |line| line.points.len())
+    }
+}
+
+/// The desired path as a polyline whose chords miss it by a hundred-thousandth of its length, or by more where that takes
+/// more than [`MAX_DESIRED_POINTS`] points.
+fn sample(path: &dyn Path<2>) -> Vec<Point3> {
+    let length = path.length_mm();
+    let mut cursor = Cursor::default();
+    let mut chord_mm = 1e-5 * length;
+    // Four times the chord error makes half the points: ten rounds are a factor of a thousand.
+    for _ in 0..10 {
+        if let Some(points) = sample_within(path, length, chord_mm, &mut cursor) {
+            return points;
+        }
+        chord_mm *= 4.0;
+    }
+    let last = MAX_DESIRED_POINTS - 1;
+    (0..=last).map(|i| point(path.point_mm(length * i as f64 / last as f64, &mut cursor))).collect()
+}
+
+/// A chord over the arc length `h` misses a curve of curvature `κ` by at most `κ h²/8`.
+fn sample_within(path: &dyn Path<2>, length: f64, chord_mm: f64, cursor: &mut Cursor) -> Option<Vec<Point3>> {
+    let longest = length / 16.0;
+    let shortest = length / (16 * MAX_DESIRED_POINTS) as f64;
+    let mut points = vec![point(path.point_mm(0.0, cursor))];
+    let (mut s, mut step) = (0.0, longest);
+    while s < length {
+        if points.len() >= MAX_DESIRED_POINTS {
+            return None;
+        }
+        step = (2.0 * step).clamp(shortest, longest);
+        while step > shortest && path.curvature_bound_1_mm(s, (s + step).min(length)) * step * step > 8.0 * chord_mm {
+            step *= 0.5;
+        }
+        // The last step is not a sliver.
+        s = if s + 1.01 * step >= length { length } else { s + step };
+        points.push(point(path.point_mm(s, cursor)));
+    }
+    Some(points)
+}
+
+/// Lowest and highest coordinates.
+fn extent(points: &[Point3]) -> (Vector2<f64>, Vector2<f64>) {
+    let none = (Vector2::repeat(f64::INFINITY), Vector2::repeat(f64::NEG_INFINITY));
+    points.iter().fold(none, |(low, high), p| {
+        let p = Vector2::new(p.x, p.y);
+        (low.inf(&p), high.sup(&p))
+    })
+}
+
+/// The nearest of … 1, 2, 5, 10, 20 … , at least 1; "nearest" by ratio.
+fn round_125(value: f64) -> f64 {
+    let mut decade = 1.0;
+    while decade < 1e12 && value >= 10.0 * decade {
+        decade *= 10.0;
+    }
+    // Geometric means: √(1·2), √(2·5), √(5·10).
+    let step = match value / decade {
+        mantissa if mantissa < std::f64::consts::SQRT_2 => 1.0,
+        mantissa if mantissa < 3.162_277_660_168_379_5 => 2.0,
+        mantissa if mantissa < 7.071_067_811_865_475 => 5.0,
+        _ => 10.0,
+    };
+    step * decade
+}
+
+fn point(p: Vector2<f64>) -> Point3 {
+    Point3 { x: p.x, y: p.y, z: 0.0 }
+}
+
+fn entity(id: String, time_ns: u64, metadata: &[(&str, &str)]) -> SceneEntity {
+    let pair = |&(key, value): &(&str, &str)| KeyValuePair { key: key.to_owned(), value: value.to_owned() };
+    SceneEntity {
+        timestamp: Timestamp::from_nanos(time_ns),
+        frame_id: FRAME.to_owned(),
+        id,
+        metadata: metadata.iter().map(pair).collect(),
+        ..SceneEntity::default()
+    }
+}
+
+/// A line two pixels wide.
+fn line(points: Vec<Point3>, color: Color) -> LinePrimitive {
+    LinePrimitive {
+        r#type: LineType::Strip.into(),
+        pose: Pose::at(0.0, 0.0),
+        thickness: 2.0,
+        scale_invariant: true,
+        points,
+        color,
+        ..LinePrimitive::default()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::path::{Circle, Line};
+
+    #[test]
+    fn validates_magnification_against_the_series() {
+        for (value, rounded) in [
+            (0.0, 1.0),
+            (1.3, 1.0),
+            (1.5, 2.0),
+            (3.1, 2.0),
+            (3.2, 5.0),
+            (7.0, 5.0),
+            (7.2, 10.0),
+            (42.7, 50.0),
+            (133.0, 100.0),
+        ] {
+            assert_eq!(round_125(value), rounded, "{value}");
+        }
+        assert_eq!(round_125(f64::NAN), 10.0);
+        assert_eq!(round_125(f64::INFINITY), 1e13);
+    }
+
+    #[test]
+    fn validates_desired_polyline_against_the_circle() {
+        let radius = 25.0;
+        let circle = Circle::new(Vector2::new(3.0, -4.0), radius, 0.3, true).unwrap();
+        let points = sample(&circle);
+        let chord_mm = 1e-5 * circle.length_mm();
+        for pair in points.windows(2) {
+            let middle = Vector2::new(0.5 * (pair[0].x + pair[1].x) - 3.0, 0.5 * (pair[0].y + pair[1].y) + 4.0);
+            let miss = radius - middle.norm();
+            assert!((0.0..=chord_mm).contains(&miss), "the chord misses the circle by {miss} mm");
+        }
+        // 281 equal chords would do; halving steps takes at most twice as many.
+        assert!(points.len() <= 562, "{} points", points.len());
+        let line = Line::new(Vector2::new(0.0, 0.0), Vector2::new(1e6, 0.0)).unwrap();
+        let points = sample(&line);
+        assert_eq!(points.last().map(|p| p.x), Some(1e6));
+        assert!(points.len() <= 17, "{} points", points.len());
+    }
+}
