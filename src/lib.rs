@@ -1,8 +1,33 @@
-//! servosim
-pub mod cli {
-    //! The subcommands.
-    pub mod inspect;
-}
+#![doc = include_str!("../README.md")]
+//!
+//! # The house
+//!
+//! Data flows one way, and the modules stand in that order:
+//!
+//! ```text
+//! scenario ─▶ path ─▶ feedrate ─▶ interpolator ─▶ servo ─▶ contour ─▶ recording, report
+//!    ▲                                                simulation
+//!   cli
+//! ```
+//!
+//! | module | what lives there |
+//! |---|---|
+//! | [`path`] | PH quintic splines, lines, circles; length, point, tangent and curvature at arc length, nearest point |
+//! | [`optimize`] | pattern search: a function in, the best point and the history out |
+//! | [`feedrate`] | profiles, motion `s(t)` along a length |
+//! | [`interpolator`] | path and motion to a stream of setpoints |
+//! | [`servo`] | plant, PDFF controller, the axis loop, lock-up |
+//! | [`contour`] | contouring error against a path |
+//! | [`simulation`] | pulls setpoints through the axes and hands each period to observers |
+//! | [`limits`], [`summary`] | what a run is held to, and its figures |
+//! | [`recording`] | MCAP out and in, CSV |
+//! | [`report`] | plots |
+//! | [`scenario`] | the file as written to checked values, with diagnostics |
+//! | `cli` | the program (in the binary): one file a subcommand |
+//!
+//! `path`, `feedrate` and `servo` are the ground floor and do not know each other; [`simulation`] is where they meet, and
+//! everything after it observes it. Lengths are mm, times s, angles rad, voltages V, torques N m; a public name says its unit.
+
 pub mod contour;
 pub mod feedrate;
 pub mod interpolator;

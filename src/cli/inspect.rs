@@ -9,71 +9,54 @@ use std::path::{Path, PathBuf};
 use clap::{Args, ValueEnum};
 use serde_json::{Value, json};
 
-use crate::recording::{LogLevel, ReadError, Recording, csv};
+use servosim::recording::{LogLevel, ReadError, Recording, csv};
+
+use super::{CliError, Outcome};
 
 /// Summarise a recording, or export it.
 #[derive(Debug, Clone, Args)]
-pub struct InspectArgs {
+pub(crate) struct InspectArgs {
     /// The recording (.mcap; a .mcap.partial of an interrupted run will do).
-    pub file: PathBuf,
+    file: PathBuf,
     /// How the contents are summarised.
     #[arg(long, value_enum, default_value_t = InspectFormat::Text, conflicts_with = "csv")]
-    pub format: InspectFormat,
+    format: InspectFormat,
     /// Write the samples of /servo as CSV to standard output instead.
     #[arg(long)]
-    pub csv: bool,
+    csv: bool,
 }
 
 /// How the contents are summarised.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
-pub enum InspectFormat {
+pub(crate) enum InspectFormat {
     /// For people.
     Text,
     /// One JSON object.
     Json,
 }
 
-/// Why a recording could not be inspected.
-#[derive(Debug, thiserror::Error)]
-pub enum InspectError {
-    /// It could not be read.
-    #[error(transparent)]
-    Read(#[from] ReadError),
-    /// What it holds could not be written.
-    #[error("cannot write to standard output: {0}")]
-    Output(#[from] io::Error),
+/// Reads the recording and tells what it holds.
+pub(crate) fn run(args: &InspectArgs) -> Result<Outcome, CliError> {
+    inspect(args, &mut io::stdout().lock(), &mut io::stderr().lock()).map(|()| Outcome::Fine)
 }
 
-impl InspectError {
-    /// The exit code of the program: 2 when the file cannot be opened, else 1.
-    pub fn exit_code(&self) -> u8 {
-        match self {
-            Self::Read(ReadError::Open { .. } | ReadError::Folder { .. }) => 2,
-            Self::Read(_) | Self::Output(_) => 1,
-        }
-    }
-}
-
-/// Reads the recording and writes what it holds to `out`; a note about a file that ends early goes to `notes`.
-///
-/// A closed `out` (`| head`) is no error.
-///
-/// # Errors
-/// The recording cannot be read, or `out` cannot be written.
-pub fn inspect(args: &InspectArgs, out: &mut dyn Write, notes: &mut dyn Write) -> Result<(), InspectError> {
+/// Writes what the recording holds to `out`; a note about a file that ends early goes to `notes`. A closed `out`
+/// (`| head`) is no error.
+fn inspect(args: &InspectArgs, out: &mut dyn Write, notes: &mut dyn Write) -> Result<(), CliError> {
     match write_contents(args, out, notes) {
-        Err(InspectError::Output(error) | InspectError::Read(ReadError::Visitor(error))) => {
-            if error.kind() == io::ErrorKind::BrokenPipe { Ok(()) } else { Err(InspectError::Output(error)) }
+        Err(CliError::Stdout(error) | CliError::Read(ReadError::Visitor(error))) => {
+            if error.kind() == io::ErrorKind::BrokenPipe { Ok(()) } else { Err(CliError::Stdout(error)) }
         }
         result => result,
     }
 }
 
-fn write_contents(args: &InspectArgs, out: &mut dyn Write, notes: &mut dyn Write) -> Result<(), InspectError> {
+fn write_contents(args: &InspectArgs, out: &mut dyn Write, notes: &mut dyn Write) -> Result<(), CliError> {
+    let file = super::plot::find(&args.file);
     let mut out = BufWriter::with_capacity(1 << 16, out);
     let recording = if args.csv {
         let mut header_due = true;
-        let result = Recording::read(&args.file, |servo| {
+        let result = Recording::read(&file, |servo| {
             if header_due {
                 header_due = false;
                 csv::write_header(&mut out)?;
@@ -81,26 +64,26 @@ fn write_contents(args: &InspectArgs, out: &mut dyn Write, notes: &mut dyn Write
             csv::write_row(&mut out, servo)
         });
         if header_due && result.is_ok() {
-            csv::write_header(&mut out)?;
+            csv::write_header(&mut out).map_err(CliError::Stdout)?;
         }
         // What was read before the damage is worth having.
-        out.flush()?;
+        out.flush().map_err(CliError::Stdout)?;
         result?
     } else {
-        Recording::open(&args.file)?
+        Recording::open(&file)?
     };
     match args.format {
         _ if args.csv => {}
-        InspectFormat::Text => write_text(&mut out, &args.file, &recording)?,
+        InspectFormat::Text => write_text(&mut out, &file, &recording).map_err(CliError::Stdout)?,
         InspectFormat::Json => {
-            serde_json::to_writer_pretty(&mut out, &to_json(&args.file, &recording)).map_err(io::Error::from)?;
-            writeln!(out)?;
+            serde_json::to_writer_pretty(&mut out, &to_json(&file, &recording)).map_err(|error| CliError::Stdout(error.into()))?;
+            writeln!(out).map_err(CliError::Stdout)?;
         }
     }
-    out.flush()?;
+    out.flush().map_err(CliError::Stdout)?;
     if let Some(why) = &recording.cut_short {
         // A lost note is not worth failing for.
-        let _ = writeln!(notes, "note: {} was cut short: {why}; {}", args.file.display(), samples(&recording));
+        let _ = writeln!(notes, "note: {} was cut short: {why}; {}", file.display(), samples(&recording));
     }
     Ok(())
 }
@@ -233,13 +216,13 @@ mod tests {
     use nalgebra::Vector2;
 
     use super::*;
-    use crate::feedrate::{Motion, Profile};
-    use crate::limits::Limits;
-    use crate::path::Line;
-    use crate::recording::{Facts, Recorder};
-    use crate::servo::{AxisParameters, Drive, LoopSettings, Pdff, Plant};
-    use crate::simulation::Simulation;
-    use crate::summary::SummaryObserver;
+    use servosim::feedrate::{Motion, Profile};
+    use servosim::limits::Limits;
+    use servosim::path::Line;
+    use servosim::recording::{Facts, Recorder};
+    use servosim::servo::{AxisParameters, Drive, LoopSettings, Pdff, Plant};
+    use servosim::simulation::Simulation;
+    use servosim::summary::SummaryObserver;
 
     /// A recording of a short line, and its bytes.
     fn recording(folder: &Path) -> (PathBuf, Vec<u8>) {
@@ -263,7 +246,7 @@ mod tests {
     }
 
     /// Standard output and the notes.
-    fn run(file: &Path, format: InspectFormat, csv: bool) -> (Result<(), InspectError>, String, String) {
+    fn run(file: &Path, format: InspectFormat, csv: bool) -> (Result<(), CliError>, String, String) {
         let (mut out, mut notes) = (Vec::new(), Vec::new());
         let args = InspectArgs { file: file.to_owned(), format, csv };
         let result = inspect(&args, &mut out, &mut notes);

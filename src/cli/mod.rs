@@ -1,8 +1,10 @@
 //! The command line: one file a subcommand. Results go to standard output, everything else to standard error.
 
 mod check;
+mod inspect;
 mod new;
 mod output;
+mod plot;
 mod progress;
 mod run;
 mod schema;
@@ -13,6 +15,8 @@ use std::path::PathBuf;
 use std::process::ExitCode;
 
 use clap::{Parser, Subcommand};
+use servosim::recording::{ReadError, RecordingError};
+use servosim::report::ReportError;
 use servosim::scenario::ScenarioError;
 use servosim::simulation::SimulationError;
 
@@ -21,8 +25,10 @@ use servosim::simulation::SimulationError;
 #[command(version, propagate_version = true, max_term_width = 100, arg_required_else_help = true)]
 #[command(after_help = "\
 Examples:
-  servosim run alpha.toml                              run a scenario and print its figures
+  servosim run alpha.toml                              run a scenario: figures, recording and plots
   servosim run heart --set axes.x.pdff.kpp=120         the same with another gain
+  servosim plot alpha heart                            lay two runs over each other
+  servosim inspect output/alpha.mcap --csv             every sample as CSV
   servosim new mine && servosim run mine.toml          start one of your own
 
 Exit codes:
@@ -39,13 +45,16 @@ struct Cli {
 enum Command {
     /// Run a scenario and print its figures
     Run(run::RunArgs),
+    /// Plot recordings, one or several laid over each other
+    Plot(plot::PlotArgs),
+    /// Tell what a recording holds, or export it as CSV
+    Inspect(inspect::InspectArgs),
     /// Check scenarios without running them
     Check(check::CheckArgs),
     /// Write a commented scenario to start from
     New(new::NewArgs),
     /// Print the JSON schema of scenario files, for editors
     Schema,
-    // `Inspect(inspect::InspectArgs)` and `Plot(plot::PlotArgs)` join here.
 }
 
 /// Why a command did not do what it was asked for.
@@ -69,11 +78,22 @@ pub(crate) enum CliError {
     #[error(transparent)]
     Simulation(#[from] SimulationError),
     /// The user stopped it.
-    #[error("interrupted at t = {time_s:.3} s; what was written until then is complete")]
+    #[error("interrupted at t = {time_s:.3} s; the recording up to there is {}", recording.display())]
     Interrupted {
         /// When in the simulation.
         time_s: f64,
+        /// What there is of the recording.
+        recording: PathBuf,
     },
+    /// The recording could not be written.
+    #[error(transparent)]
+    Recording(#[from] RecordingError),
+    /// A recording could not be read.
+    #[error(transparent)]
+    Read(#[from] ReadError),
+    /// The plots could not be drawn or written.
+    #[error(transparent)]
+    Report(#[from] ReportError),
     /// A file or folder could not be written.
     #[error("cannot write {}: {source}", path.display())]
     Write {
@@ -91,7 +111,9 @@ impl CliError {
     fn exit_code(&self) -> u8 {
         match self {
             Self::Scenario(_) | Self::Invalid { .. } | Self::Usage(_) => 2,
-            Self::Simulation(_) | Self::Interrupted { .. } | Self::Write { .. } | Self::Stdout(_) => 1,
+            Self::Read(ReadError::Open { .. } | ReadError::Folder { .. }) => 2,
+            Self::Recording(RecordingError::Occupied { .. } | RecordingError::Folder { .. }) => 2,
+            _ => 1,
         }
     }
 }
@@ -117,6 +139,8 @@ pub(crate) fn main() -> ExitCode {
     };
     let outcome = match &cli.command {
         Command::Run(args) => run::run(args),
+        Command::Plot(args) => plot::run(args),
+        Command::Inspect(args) => inspect::run(args),
         Command::Check(args) => check::run(args),
         Command::New(args) => new::run(args),
         Command::Schema => schema::run(),

@@ -1,4 +1,4 @@
-//! `servosim run`: runs a scenario and prints its figures.
+//! `servosim run`: runs a scenario, records it, plots it and prints its figures.
 
 use std::fs;
 use std::path::PathBuf;
@@ -6,13 +6,15 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 
 use clap::{Args, ValueEnum};
+use servosim::recording::{Facts, Recorder};
+use servosim::report;
 use servosim::scenario::Document;
 use servosim::simulation::{Ending, Observer};
 use servosim::summary::Summary;
 
-use super::output::print;
+use super::output::{note, print};
 use super::progress::Progress;
-use super::{CliError, Outcome, is_watched, table};
+use super::{CliError, Outcome, is_watched, plot, table};
 
 /// Arguments of `servosim run`.
 #[derive(Debug, Args)]
@@ -51,6 +53,16 @@ enum Plots {
     None,
 }
 
+impl Plots {
+    fn format(self) -> Option<report::Format> {
+        match self {
+            Self::Svg => Some(report::Format::Svg),
+            Self::Png => Some(report::Format::Png),
+            Self::None => None,
+        }
+    }
+}
+
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
 enum Format {
     Table,
@@ -67,28 +79,40 @@ pub(crate) fn run(args: &RunArgs) -> Result<Outcome, CliError> {
     let stop = stop_flag();
     fs::create_dir_all(&args.output).map_err(|source| CliError::Write { path: args.output.clone(), source })?;
 
-    let mut figures = scenario.summary_observer();
+    let path = args.output.join(format!("{}.mcap", scenario.name));
+    let replaces = path.is_file();
+    let mut recorder = Recorder::create(&path, Facts::new(&scenario.name, &scenario.source))?;
+    let name = path.file_name().map(|name| name.to_string_lossy().into_owned());
+    let mut figures = scenario.summary_observer().with_recording(name);
     let mut progress = Progress::new(!args.quiet && is_watched());
-    // The recorder is made here (and named by `figures.with_recording`), the plots' observer too; both join the list.
-    let mut observers: Vec<&mut dyn Observer<2>> = vec![&mut figures, &mut progress];
+    let mut observers: Vec<&mut dyn Observer<2>> = vec![&mut figures, &mut recorder, &mut progress];
     let ending = scenario.simulation()?.run(&scenario.limits, Some(&stop), &mut observers)?;
     progress.finish();
     let summary = figures.summary();
-    // The recorder is finished with the summary here, and the plots are drawn.
-
-    match args.format {
-        Format::Json => print(&json(&summary)?)?,
-        Format::Table if !args.quiet => print(&table::table(&summary))?,
-        Format::Table => {}
+    let show = || match args.format {
+        Format::Json => print(&json(&summary)?),
+        Format::Table if !args.quiet => print(&table::table(&summary)),
+        Format::Table => Ok(()),
+    };
+    if ending == Ending::Interrupted {
+        let recording = recorder.interrupted(&summary)?.path.unwrap_or(path);
+        show()?;
+        let time_s = summary.samples.saturating_sub(1) as f64 * summary.period_s;
+        return Err(CliError::Interrupted { time_s, recording });
     }
-    match ending {
-        Ending::Interrupted => {
-            let time_s = summary.samples.saturating_sub(1) as f64 * summary.period_s;
-            Err(CliError::Interrupted { time_s })
-        }
-        Ending::Complete if summary.passed() => Ok(Outcome::Fine),
-        Ending::Complete => Ok(Outcome::Broken),
+    recorder.finish(&summary)?;
+    let mut written = vec![path];
+    if let Some(format) = args.plots.format() {
+        // Drawn from the recording, as `servosim plot` does: what is seen is what was recorded.
+        let data = plot::load(&written[0])?;
+        written.extend(report::write_all(&[data], &args.output, &scenario.name, format)?);
     }
+    show()?;
+    if !args.quiet {
+        let replaced = if replaces { " (the recording of an earlier run was replaced)" } else { "" };
+        note(&format!("{}{replaced}", plot::wrote(&written)));
+    }
+    Ok(if summary.passed() { Outcome::Fine } else { Outcome::Broken })
 }
 
 fn json(summary: &Summary) -> Result<String, CliError> {

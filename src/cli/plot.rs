@@ -1,0 +1,164 @@
+//! `servosim plot`: plots of recordings, one or several laid over each other.
+
+use std::fs;
+use std::path::{Path, PathBuf};
+
+use clap::{Args, ValueEnum};
+use servosim::feedrate::{Motion, Profile, optimize_n_c};
+use servosim::recording::{Recording, Servo};
+use servosim::report::{self, PlotSample, RunData, RunFacts};
+use servosim::scenario::Document;
+
+use super::output::note;
+use super::{CliError, Outcome};
+
+/// Most runs that one plot takes.
+const MOST_RUNS: usize = 16;
+
+/// Arguments of `servosim plot`.
+#[derive(Debug, Args)]
+#[command(after_help = "\
+Examples:
+  servosim plot output/alpha.mcap                           plots of one run
+  servosim plot before/alpha.mcap after/alpha.mcap          two runs laid over each other
+  servosim plot alpha heart --format png                    looked for as output/alpha.mcap, output/heart.mcap")]
+pub(crate) struct PlotArgs {
+    /// Recordings: files, or names of recordings in the folder output
+    #[arg(required = true, value_name = "RECORDING")]
+    recordings: Vec<PathBuf>,
+    /// Folder for the plots; made if it is missing
+    #[arg(long, value_name = "DIR", default_value = "output")]
+    output: PathBuf,
+    /// Format of the plots
+    #[arg(long, value_enum, default_value = "svg")]
+    format: Format,
+    /// What the plots' names begin with [default: the runs' names]
+    #[arg(long, value_name = "NAME")]
+    name: Option<String>,
+    /// Do not tell what was written
+    #[arg(long, short)]
+    quiet: bool,
+}
+
+/// Format of plots.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+pub(crate) enum Format {
+    Svg,
+    Png,
+}
+
+impl From<Format> for report::Format {
+    fn from(format: Format) -> Self {
+        match format {
+            Format::Svg => Self::Svg,
+            Format::Png => Self::Png,
+        }
+    }
+}
+
+/// Draws the plots.
+pub(crate) fn run(args: &PlotArgs) -> Result<Outcome, CliError> {
+    let count = args.recordings.len();
+    if count > MOST_RUNS {
+        return Err(CliError::Usage(format!("{count} recordings are too many for one plot: at most {MOST_RUNS}")));
+    }
+    let runs = args.recordings.iter().map(|name| load(&find(name))).collect::<Result<Vec<_>, _>>()?;
+    let stem = match &args.name {
+        Some(name) => name.clone(),
+        None => runs.iter().map(|run| run.facts().name.as_str()).take(4).collect::<Vec<_>>().join("-vs-"),
+    };
+    fs::create_dir_all(&args.output).map_err(|source| CliError::Write { path: args.output.clone(), source })?;
+    let written = report::write_all(&runs, &args.output, &stem, args.format.into())?;
+    if !args.quiet {
+        note(&wrote(&written));
+    }
+    Ok(Outcome::Fine)
+}
+
+/// "wrote a, b and c".
+pub(crate) fn wrote(paths: &[PathBuf]) -> String {
+    let names: Vec<String> = paths.iter().map(|path| path.display().to_string()).collect();
+    match names.as_slice() {
+        [] => "wrote nothing".to_owned(),
+        [one] => format!("wrote {one}"),
+        [first @ .., last] => format!("wrote {} and {last}", first.join(", ")),
+    }
+}
+
+/// The recording that is meant: a file of that name, else `NAME.mcap`, else `output/NAME.mcap`.
+pub(crate) fn find(name: &Path) -> PathBuf {
+    let mut with_ending = name.as_os_str().to_owned();
+    with_ending.push(".mcap");
+    let candidates = [name.to_owned(), with_ending.clone().into(), Path::new("output").join(with_ending)];
+    candidates.iter().find(|path| path.is_file()).cloned().unwrap_or_else(|| name.to_owned())
+}
+
+/// Everything of a recording that is drawn.
+pub(crate) fn load(path: &Path) -> Result<RunData, CliError> {
+    let mut data = RunData::new(RunFacts::default());
+    let recording = Recording::read(path, |servo| {
+        data.push(&sample(servo));
+        Ok(())
+    })?;
+    *data.facts_mut() = facts(path, &recording);
+    Ok(data)
+}
+
+fn sample(servo: &Servo) -> PlotSample {
+    PlotSample {
+        time_s: servo.time_s,
+        s_mm: servo.path.s_mm,
+        feed_mm_s: servo.path.feed_mm_s,
+        accel_mm_s2: servo.path.accel_mm_s2,
+        jerk_mm_s3: servo.path.jerk_mm_s3,
+        command_mm: [servo.x.command_mm, servo.y.command_mm],
+        actual_mm: [servo.x.actual_mm, servo.y.actual_mm],
+        nearest_mm: [servo.nearest.x_mm, servo.nearest.y_mm],
+        voltage_v: [servo.x.voltage_v, servo.y.voltage_v],
+        contour_error_um: servo.contour_error_um,
+        tracking_error_um: servo.tracking_error_um,
+    }
+}
+
+fn facts(path: &Path, recording: &Recording) -> RunFacts {
+    let planned = |key: &str| recording.plan.get(key).and_then(|text| text.parse::<f64>().ok());
+    let stem = || path.file_stem().map_or_else(String::new, |stem| stem.to_string_lossy().into_owned());
+    let desired_path_mm = recording.desired_mm.clone();
+    let mut facts = RunFacts {
+        name: recording.run.get("name").cloned().unwrap_or_else(stem),
+        period_s: planned("period_s").unwrap_or(0.0),
+        voltage_limit_v: ["voltage_limit_x_v", "voltage_limit_y_v"].map(|key| planned(key).unwrap_or(0.0)),
+        closed: desired_path_mm.len() > 2 && desired_path_mm.first() == desired_path_mm.last(),
+        desired_path_mm,
+        warning: recording.cut_short.as_ref().map(|_| "the recording was cut short".to_owned()),
+        ..RunFacts::default()
+    };
+    if let Some(summary) = recording.summary() {
+        facts.warning = match (&summary.lockup, summary.complete) {
+            (Some(lockup), _) => Some(lockup.clone()),
+            (None, false) => Some("the run was interrupted".to_owned()),
+            (None, true) => facts.warning,
+        };
+        facts.limits = summary.limits;
+        facts.peak_jerk_mm_s3 = Some(summary.peak_jerk_mm_s3);
+        facts.n_c = summary.n_c;
+        facts.n_c_search = summary.n_c_search;
+    }
+    facts.comparison = recording.scenario.as_deref().and_then(comparison);
+    facts
+}
+
+/// The other of the paper's two profiles, along the same path in the same time: the plain quintic, or for a quintic the
+/// exponential one with the lowest jerk. None where the scenario cannot be read any more.
+fn comparison(scenario: &str) -> Option<(String, Motion)> {
+    let scenario = Document::from_text(scenario, "recording").scenario().ok()?;
+    let (length_mm, feed) = (scenario.motion.length_mm(), scenario.feed_mm_s);
+    if let Profile::Quintic { phase_s } = scenario.profile {
+        let n_c = *optimize_n_c(feed, phase_s).ok()?.point.first()?;
+        let motion = Motion::plan(length_mm, feed, Profile::Exponential { phase_s, n_c }).ok()?;
+        return Some((format!("exponential, n_c = {n_c:.2}"), motion));
+    }
+    let phase_s = scenario.motion.phase_s();
+    let motion = Motion::plan(length_mm, feed, Profile::Quintic { phase_s }).ok()?;
+    Some(("plain quintic".to_owned(), motion))
+}
