@@ -1,83 +1,127 @@
 //! The messages of a run: schema `servosim.Servo`, one a control period.
 
-use super::schema::message;
+use super::schema::fixed_message;
 
-message! {
+fixed_message! {
     "servosim/PathSignals.proto"
     /// Motion along the path, as commanded.
-    #[derive(Copy)]
     pub struct PathSignals {
         /// Arc length \[mm\].
-        1 => [double, required] s_mm: f64,
+        1 => [double] s_mm: f64,
         /// Feedrate \[mm/s\].
-        2 => [double, required] feed_mm_s: f64,
+        2 => [double] feed_mm_s: f64,
         /// Acceleration along the path \[mm/s²\].
-        3 => [double, required] accel_mm_s2: f64,
+        3 => [double] accel_mm_s2: f64,
         /// Jerk along the path \[mm/s³\].
-        4 => [double, required] jerk_mm_s3: f64,
+        4 => [double] jerk_mm_s3: f64,
     }
 }
 
-message! {
+fixed_message! {
     "servosim/AxisSignals.proto"
     /// Signals of one axis.
-    #[derive(Copy)]
     pub struct AxisSignals {
         /// Position command \[mm\].
-        1 => [double, required] command_mm: f64,
+        1 => [double] command_mm: f64,
         /// Actual position \[mm\].
-        2 => [double, required] actual_mm: f64,
+        2 => [double] actual_mm: f64,
         /// Velocity command of the position loop \[rad/s\].
-        3 => [double, required] velocity_command_rad_s: f64,
+        3 => [double] velocity_command_rad_s: f64,
         /// Actual velocity \[rad/s\].
-        4 => [double, required] velocity_rad_s: f64,
+        4 => [double] velocity_rad_s: f64,
         /// Torque command \[N m\].
-        5 => [double, required] torque_nm: f64,
+        5 => [double] torque_nm: f64,
         /// Voltage, clamped \[V\].
-        6 => [double, required] voltage_v: f64,
+        6 => [double] voltage_v: f64,
         /// Whether the clamp acted.
-        7 => [bool, required] saturated: bool,
+        7 => [bool] saturated: bool,
         /// The interpolator's velocity of this axis \[mm/s\].
-        8 => [double, required] setpoint_velocity_mm_s: f64,
+        8 => [double] setpoint_velocity_mm_s: f64,
         /// The interpolator's acceleration of this axis \[mm/s²\].
-        9 => [double, required] setpoint_accel_mm_s2: f64,
+        9 => [double] setpoint_accel_mm_s2: f64,
         /// The interpolator's jerk of this axis \[mm/s³\].
-        10 => [double, required] setpoint_jerk_mm_s3: f64,
+        10 => [double] setpoint_jerk_mm_s3: f64,
     }
 }
 
-message! {
+fixed_message! {
     "servosim/Nearest.proto"
     /// The point of the desired path that is nearest to the tool.
-    #[derive(Copy)]
     pub struct Nearest {
         /// X \[mm\].
-        1 => [double, required] x_mm: f64,
+        1 => [double] x_mm: f64,
         /// Y \[mm\].
-        2 => [double, required] y_mm: f64,
+        2 => [double] y_mm: f64,
         /// Its arc length \[mm\].
-        3 => [double, required] s_mm: f64,
+        3 => [double] s_mm: f64,
     }
 }
 
-message! {
+fixed_message! {
     "servosim/Servo.proto"
     /// All signals of one control period. Fields may be added; none is renamed or renumbered.
-    #[derive(Copy)]
     pub struct Servo {
         /// Time `k Δt` \[s\].
-        1 => [double, required] time_s: f64,
+        1 => [double] time_s: f64,
         /// Motion along the path.
-        2 => [message, required] path: PathSignals,
+        2 => [message] path: PathSignals,
         /// The x axis.
-        3 => [message, required] x: AxisSignals,
+        3 => [message] x: AxisSignals,
         /// The y axis.
-        4 => [message, required] y: AxisSignals,
+        4 => [message] y: AxisSignals,
         /// Signed distance of the tool from the desired path, positive to the left of the direction of travel \[µm\].
-        5 => [double, required] contour_error_um: f64,
+        5 => [double] contour_error_um: f64,
         /// Distance of the tool from the setpoint \[µm\].
-        6 => [double, required] tracking_error_um: f64,
+        6 => [double] tracking_error_um: f64,
         /// Where on the desired path the contouring error is measured from.
-        7 => [message, required] nearest: Nearest,
+        7 => [message] nearest: Nearest,
+    }
+}
+
+// The fast encoding writes the length of an inner message in one byte.
+const _: () = assert!(PathSignals::LENGTH < 128 && AxisSignals::LENGTH < 128 && Nearest::LENGTH < 128);
+
+impl Servo {
+    /// The encoded message, which always has the same length.
+    #[inline]
+    pub(crate) fn to_bytes(self) -> [u8; Self::LENGTH] {
+        let mut bytes = [0; Self::LENGTH];
+        self.put_fields(&mut bytes, 0);
+        bytes
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use prost::Message;
+
+    use super::*;
+
+    #[test]
+    fn validates_fast_encoding_against_prost() {
+        let axis = |base: f64, saturated| AxisSignals {
+            command_mm: base,
+            actual_mm: -base,
+            velocity_command_rad_s: 0.0,
+            velocity_rad_s: -0.0,
+            torque_nm: f64::NAN,
+            voltage_v: f64::INFINITY,
+            saturated,
+            setpoint_velocity_mm_s: base * 3.0,
+            setpoint_accel_mm_s2: base / 7.0,
+            setpoint_jerk_mm_s3: f64::MIN_POSITIVE,
+        };
+        let servo = Servo {
+            time_s: 0.125,
+            path: PathSignals { s_mm: 1.0, feed_mm_s: 2.0, accel_mm_s2: 3.0, jerk_mm_s3: 4.0 },
+            x: axis(5.5, true),
+            y: axis(-6.25, false),
+            contour_error_um: 7.0,
+            tracking_error_um: 8.0,
+            nearest: Nearest { x_mm: 9.0, y_mm: 10.0, s_mm: 11.0 },
+        };
+        for servo in [servo, Servo::default()] {
+            assert_eq!(servo.to_bytes()[..], servo.encode_to_vec());
+        }
     }
 }

@@ -353,7 +353,8 @@ impl<W: Write> Recorder<W> {
         run.next = period.k + 1;
         run.time_ns = run.time_ns.max(nanos(period.time_s));
         let due = run.scene.add(period);
-        encode(&mut self.buffer, &servo(period));
+        self.buffer.clear();
+        self.buffer.extend_from_slice(&servo(period).to_bytes());
         self.message(Topic::Servo, sequence)?;
         if due { self.piece() } else { Ok(()) }
     }
@@ -425,7 +426,6 @@ pub(crate) fn servo(period: &Period<2>) -> Servo {
 }
 
 /// Puts the message into the buffer, which grows to the largest message and is then reused.
-#[inline]
 fn encode(buffer: &mut Vec<u8>, message: &impl Message) {
     buffer.clear();
     message.encode_raw(buffer);

@@ -17,6 +17,9 @@ pub(crate) const DESIRED: &str = "desired path";
 /// Most points that the desired path is drawn with.
 const MAX_DESIRED_POINTS: usize = 4000;
 
+/// About the most points that the actual path is drawn with; a viewer holds them all.
+const MAX_ACTUAL_POINTS: u64 = 50_000;
+
 /// Most points of a piece: it bounds the memory of a recorder.
 const MAX_PIECE_POINTS: usize = 1000;
 
@@ -35,8 +38,11 @@ const RED: Color = Color { r: 0.9, g: 0.25, b: 0.15, a: 1.0 };
 pub(crate) struct Scene {
     /// By how much the error is magnified.
     pub(crate) magnification: f64,
-    /// A point is kept once the tool or the drawn error has moved this far \[mm\].
+    /// A point is kept once the tool or the drawn error has moved this far \[mm\] …
     thinning_mm: f64,
+    /// … and this many periods have passed since the last one.
+    stride: u64,
+    since_kept: u64,
     /// A piece ends after this many periods, or when it is full.
     interval: u64,
     periods: u64,
@@ -71,6 +77,8 @@ impl Scene {
         let scene = Self {
             magnification,
             thinning_mm: extent_mm / 2000.0,
+            stride: plan.samples.div_ceil(MAX_ACTUAL_POINTS),
+            since_kept: 0,
             interval: (plan.samples / 100).max(50),
             periods: 0,
             pieces: 0,
@@ -88,12 +96,15 @@ impl Scene {
     }
 
     /// Takes a period; true when a piece is due.
+    #[inline]
     pub(crate) fn add(&mut self, period: &Period<2>) -> bool {
         let actual = period.actual_mm;
         let error = period.nearest_mm + self.magnification * (actual - period.nearest_mm);
         self.newest = (actual, error);
         let far = |a: Vector2<f64>, b: Vector2<f64>| (a - b).amax() >= self.thinning_mm;
-        if self.kept.is_none_or(|(kept_actual, kept_error)| far(actual, kept_actual) || far(error, kept_error)) {
+        self.since_kept += 1;
+        let moved = |(kept_actual, kept_error)| far(actual, kept_actual) || far(error, kept_error);
+        if self.kept.is_none_or(|kept| self.since_kept >= self.stride && moved(kept)) {
             self.keep();
         }
         self.periods += 1;
@@ -129,6 +140,7 @@ impl Scene {
 
     fn keep(&mut self) {
         self.kept = Some(self.newest);
+        self.since_kept = 0;
         if let Some([actual, error]) = self.piece.entities.first_mut().map(|entity| &mut entity.lines[..]) {
             actual.points.push(point(self.newest.0));
             error.points.push(point(self.newest.1));
