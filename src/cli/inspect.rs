@@ -76,7 +76,8 @@ fn write_contents(args: &InspectArgs, out: &mut dyn Write, notes: &mut dyn Write
         _ if args.csv => {}
         InspectFormat::Text => write_text(&mut out, &file, &recording).map_err(CliError::Stdout)?,
         InspectFormat::Json => {
-            serde_json::to_writer_pretty(&mut out, &to_json(&file, &recording)).map_err(|error| CliError::Stdout(error.into()))?;
+            serde_json::to_writer_pretty(&mut out, &to_json(&file, &recording))
+                .map_err(|error| CliError::Stdout(error.into()))?;
             writeln!(out).map_err(CliError::Stdout)?;
         }
     }
