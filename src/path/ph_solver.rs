@@ -33,7 +33,7 @@ enum Closing {
 /// `z_0 … z_{M+1}`.
 pub(super) fn solve(nodal: &NodalPoints) -> Result<Vec<Point>, PathError> {
     let chords = chords(nodal)?;
-    let (mut z, closing) = start(nodal, &chords)?;
+    let (mut z, closing) = start(nodal, &chords);
     let scale = chords.iter().map(|c| c.norm_sqr().sqrt()).fold(0.0, f64::max);
     let mut system = System::new(&chords, &closing);
     let mut residual = system.residual(&z);
@@ -126,7 +126,7 @@ fn square_root(z: Point) -> Point {
 }
 
 /// `z_i = √(q_i - q_{i-1})`, signs chosen so that neighbours are less than a quarter turn apart.
-fn start(nodal: &NodalPoints, chords: &[Point]) -> Result<(Vec<Point>, Closing), PathError> {
+fn start(nodal: &NodalPoints, chords: &[Point]) -> (Vec<Point>, Closing) {
     let m = chords.len();
     let mut z = Vec::with_capacity(m + 2);
     z.push(Point::new(0.0, 0.0));
@@ -152,7 +152,7 @@ fn start(nodal: &NodalPoints, chords: &[Point]) -> Result<(Vec<Point>, Closing),
             Closing::Closed(sigma)
         }
     };
-    Ok((z, closing))
+    (z, closing)
 }
 
 /// Residual of the whole system, as chord errors \[mm\].

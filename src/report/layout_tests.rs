@@ -84,7 +84,9 @@ fn each(check: impl Fn(&str, &Sheet)) {
         }
         sheets
     });
-    sheets.iter().for_each(|(name, sheet)| check(name, sheet));
+    for (name, sheet) in sheets {
+        check(name, sheet);
+    }
 }
 
 fn texts(sheet: &Sheet) -> Vec<&Lettering> {

@@ -15,6 +15,7 @@ pub trait Lane:
     fn splat(value: f64) -> Self;
 
     /// `-limit` where `self` is below it, `limit` where above, else `self`.
+    #[must_use]
     fn clamp_abs(self, limit: Self) -> Self;
 
     /// Where `self > other`.
