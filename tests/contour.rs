@@ -187,8 +187,8 @@ fn validates_that_setpoints_lie_where_the_motion_says() {
         for k in 0..=3000 {
             let s = motion.at(f64::from(k) * 1e-3).s_mm;
             let frame = case.path.frame(s, &mut cursor);
-            // The nearest point to the setpoint is itself: an independent way back from point to arc length.
-            let back = case.path.nearest_local(&frame.point_mm, &mut cursor.clone());
+            // The arc length of the very parameter that was found.
+            let back = case.path.nearest_local(&frame.point_mm, &mut Cursor { advance: 0.0, ..cursor });
             assert!((back.s_mm - s).abs() < 1e-12 * s.max(1.0), "{} k {k}: {} {s}", case.name, back.s_mm);
         }
         let setpoints: Vec<_> = Interpolator::new(&case.path, &motion, 1e-3).collect();

@@ -2,18 +2,34 @@
 //!
 //! - the two-axis loop on a given setpoint array, against the same loop in plain C (`cc -O3 -march=native`, where there is one)
 //! - the whole step with interpolation and exact contouring error
-//! - splines of 10² … 10⁶ nodal points
+//! - recording, against the bare MCAP writer
+//! - `servosim run` as a process
+//! - splines of 10² … 10⁶ nodal points, time and memory
 
+mod process;
+mod recording;
 mod scale;
 mod servo_loop;
 mod whole_step;
 
 fn main() {
+    let arguments: Vec<String> = std::env::args().skip(1).collect();
     // `cargo test --benches` runs this too: one short round, to see that it works.
-    let quick = !std::env::args().any(|arg| arg == "--bench");
-    servo_loop::bench(quick);
-    whole_step::bench(quick);
-    scale::bench(quick);
+    let quick = !arguments.iter().any(|argument| argument == "--bench");
+    // `cargo bench -- step` runs the benches with that in their name.
+    let filters: Vec<&String> = arguments.iter().filter(|argument| !argument.starts_with('-')).collect();
+    let benches: [(&str, fn(bool)); 5] = [
+        ("loop", servo_loop::bench),
+        ("step", whole_step::bench),
+        ("recording", recording::bench),
+        ("process", process::bench),
+        ("scale", scale::bench),
+    ];
+    for (name, bench) in benches {
+        if filters.is_empty() || filters.iter().any(|filter| name.contains(filter.as_str())) {
+            bench(quick);
+        }
+    }
 }
 
 /// Seconds that `work` takes.

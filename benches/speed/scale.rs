@@ -10,13 +10,31 @@ pub(crate) fn bench(quick: bool) {
     for power in 2..=largest {
         let count = 10_usize.pow(power);
         let points = wavy_circle(count);
+        let before = resident_bytes();
         let (time, spline) = seconds(|| PhSpline::from_nodal_points(&points, true, None).expect("a spline"));
         println!(
-            "spline, 10^{power} nodal points  {:9.3} ms  ({:.0} ns a point, {:.0} mm long)",
+            "spline, 10^{power} nodal points  {:9.3} ms  ({:.0} ns a point{}, {:.0} mm long)",
             1e3 * time,
             1e9 * time / count as f64,
+            memory(before, count),
             spline.length_mm()
         );
+    }
+}
+
+/// Memory of this process \[bytes\], where the system tells.
+fn resident_bytes() -> Option<f64> {
+    let pages = std::fs::read_to_string("/proc/self/statm").ok()?;
+    Some(4096.0 * pages.split_whitespace().nth(1)?.parse::<f64>().ok()?)
+}
+
+/// What the spline holds, for sizes that stand out from the pages.
+fn memory(before: Option<f64>, count: usize) -> String {
+    match (before, resident_bytes()) {
+        (Some(before), Some(after)) if count >= 100_000 => {
+            format!(", {:.0} bytes a point", (after - before) / count as f64)
+        }
+        _ => String::new(),
     }
 }
 

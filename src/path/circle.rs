@@ -4,7 +4,7 @@ use std::f64::consts::{PI, TAU};
 
 use nalgebra::{SVector, Vector2};
 
-use super::{Cursor, Frame, MAX_COORDINATE_MM, Path, PathError, check_coordinates};
+use super::{Cursor, Foot, Frame, MAX_COORDINATE_MM, Path, PathError, check_coordinates};
 
 /// A full turn around a centre.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -65,16 +65,16 @@ impl Path<2> for Circle {
         1.0 / self.radius
     }
 
-    fn nearest_local(&self, point_mm: &SVector<f64, 2>, cursor: &mut Cursor) -> Frame<2> {
+    fn nearest_local(&self, point_mm: &SVector<f64, 2>, cursor: &mut Cursor) -> Foot<2> {
         let out = point_mm - self.centre;
         if out.x == 0.0 && out.y == 0.0 {
             // Every point is as near as every other: stay.
-            return self.at(cursor.xi * self.length_mm(), cursor);
+            return self.at(cursor.xi * self.length_mm(), cursor).into();
         }
         // The angle from the start of the turn, in [0, 2π).
         let (sin, cos) = libm::sincos(self.start_rad);
         let along = libm::atan2(self.turn * (cos * out.y - sin * out.x), cos * out.x + sin * out.y);
         let angle = if along < 0.0 { along + 2.0 * PI } else { along };
-        self.at(self.radius * angle, cursor)
+        self.at(self.radius * angle, cursor).into()
     }
 }

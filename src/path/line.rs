@@ -2,7 +2,7 @@
 
 use nalgebra::SVector;
 
-use super::{Cursor, Frame, Path, PathError, check_coordinates};
+use super::{Cursor, Foot, Frame, Path, PathError, check_coordinates};
 
 /// The straight line between two points.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -63,7 +63,7 @@ impl<const D: usize> Path<D> for Line<D> {
         0.0
     }
 
-    fn nearest_local(&self, point_mm: &SVector<f64, D>, cursor: &mut Cursor) -> Frame<D> {
-        self.at((point_mm - self.start).dot(&self.tangent), cursor)
+    fn nearest_local(&self, point_mm: &SVector<f64, D>, cursor: &mut Cursor) -> Foot<D> {
+        self.at((point_mm - self.start).dot(&self.tangent), cursor).into()
     }
 }

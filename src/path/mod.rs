@@ -70,6 +70,23 @@ pub struct Frame<const D: usize> {
     pub curvature_rate_1_mm2: SVector<f64, D>,
 }
 
+/// A nearest point of a path.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Foot<const D: usize> {
+    /// Arc length from the start of the path \[mm\].
+    pub s_mm: f64,
+    /// The point \[mm\].
+    pub point_mm: SVector<f64, D>,
+    /// Unit tangent there.
+    pub tangent: SVector<f64, D>,
+}
+
+impl<const D: usize> From<Frame<D>> for Foot<D> {
+    fn from(frame: Frame<D>) -> Self {
+        Self { s_mm: frame.s_mm, point_mm: frame.point_mm, tangent: frame.tangent }
+    }
+}
+
 /// A curve parametrised by arc length.
 pub trait Path<const D: usize>: Send + Sync {
     /// Total length \[mm\], positive and finite.
@@ -95,9 +112,9 @@ pub trait Path<const D: usize>: Send + Sync {
         self.curvature_bound_1_mm(0.0, self.length_mm())
     }
 
-    /// Follows the distance to `point_mm` downhill from `cursor` to the nearest local minimum and returns the frame there:
-    /// Newton on `(r - p)·r' = 0`, safeguarded. An open path stops at its ends, a closed one runs on through its seam.
-    fn nearest_local(&self, point_mm: &SVector<f64, D>, cursor: &mut Cursor) -> Frame<D>;
+    /// Follows the distance to `point_mm` downhill from `cursor` to the nearest local minimum, where `(r - p)·r' = 0`. An
+    /// open path stops at its ends, a closed one runs on through its seam. The point is that of the minimum within 1e-10 mm.
+    fn nearest_local(&self, point_mm: &SVector<f64, D>, cursor: &mut Cursor) -> Foot<D>;
 }
 
 /// Why a path could not be made. Points and segments are counted from 0, as in the scenario's array.

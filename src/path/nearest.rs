@@ -12,13 +12,13 @@
 
 use nalgebra::SVector;
 
-use super::{Cursor, Frame, Path};
+use super::{Cursor, Foot, Path};
 
 /// The nearest point found.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Nearest<const D: usize> {
     /// The path there.
-    pub frame: Frame<D>,
+    pub foot: Foot<D>,
     /// Distance to it \[mm\], not negative.
     pub distance_mm: f64,
 }
@@ -44,7 +44,7 @@ pub fn nearest_in_window<const D: usize>(
         // Nothing in the window is further from the foot than the window is long.
         let furthest = distance_mm + window.span();
         if furthest * path.max_curvature_1_mm() < 1.0 || furthest * window.curvature_bound(path) < 1.0 {
-            return Nearest { frame: local, distance_mm };
+            return Nearest { foot: local, distance_mm };
         }
     }
     search(path, point_mm, &window, window.contains(local.s_mm).then_some(local), cursor)
@@ -96,25 +96,25 @@ fn search<const D: usize>(
     path: &dyn Path<D>,
     point: &SVector<f64, D>,
     window: &Window,
-    start: Option<Frame<D>>,
+    start: Option<Foot<D>>,
     cursor: &mut Cursor,
 ) -> Nearest<D> {
     let mut best: Option<Nearest<D>> = None;
     let mut best_cursor = *cursor;
-    let offer = |frame: Frame<D>, at: Cursor, best: &mut Option<Nearest<D>>, best_cursor: &mut Cursor| {
-        let distance_mm = (frame.point_mm - point).norm();
+    let offer = |foot: Foot<D>, at: Cursor, best: &mut Option<Nearest<D>>, best_cursor: &mut Cursor| {
+        let distance_mm = (foot.point_mm - point).norm();
         if best.as_ref().is_none_or(|b| distance_mm < b.distance_mm) {
-            *best = Some(Nearest { frame, distance_mm });
+            *best = Some(Nearest { foot, distance_mm });
             *best_cursor = at;
         }
     };
-    if let Some(frame) = start {
-        offer(frame, *cursor, &mut best, &mut best_cursor);
+    if let Some(foot) = start {
+        offer(foot, *cursor, &mut best, &mut best_cursor);
     }
     for &(low, high) in window.parts() {
         for s in [low, high] {
             let frame = path.frame(s, cursor);
-            offer(frame, *cursor, &mut best, &mut best_cursor);
+            offer(frame.into(), *cursor, &mut best, &mut best_cursor);
         }
     }
     // A stack of pieces still to be settled. Halving keeps it as shallow as the number of halvings.
@@ -125,7 +125,7 @@ fn search<const D: usize>(
     while let Some((low, high)) = stack.pop() {
         let (middle, half) = (0.5 * (low + high), 0.5 * (high - low));
         let frame = path.frame(middle, cursor);
-        offer(frame, *cursor, &mut best, &mut best_cursor);
+        offer(frame.into(), *cursor, &mut best, &mut best_cursor);
         let near = best.as_ref().map_or(f64::INFINITY, |b| b.distance_mm);
         let away = frame.point_mm - point;
         let distance = away.norm();
@@ -150,7 +150,7 @@ fn search<const D: usize>(
             // The minimum lies outside: the nearer end is the nearest point of the piece.
             for s in [low, high] {
                 let frame = path.frame(s, cursor);
-                offer(frame, *cursor, &mut best, &mut best_cursor);
+                offer(frame.into(), *cursor, &mut best, &mut best_cursor);
             }
             continue;
         }
@@ -161,6 +161,6 @@ fn search<const D: usize>(
     // The window always has an end, so that something was offered; a point that is not a number has no nearest one.
     best.unwrap_or_else(|| {
         let frame = path.frame(window.parts[0].0, cursor);
-        Nearest { frame, distance_mm: (frame.point_mm - point).norm() }
+        Nearest { foot: frame.into(), distance_mm: (frame.point_mm - point).norm() }
     })
 }

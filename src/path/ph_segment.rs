@@ -2,7 +2,7 @@
 
 use nalgebra::{Complex, Vector2};
 
-use super::{Frame, bernstein};
+use super::{Foot, Frame, bernstein};
 
 /// A point of the plane as a complex number.
 pub(super) type Point = Complex<f64>;
@@ -176,8 +176,8 @@ impl Segment {
 
     /// Solves `s(ξ) = length_mm` on the segment from `xi`, kept inside a shrinking bracket.
     ///
-    /// Newton's step with Halley's correction, `ξ ← ξ - f σ / (σ² - ½ f σ')` with `f = s(ξ) - length`: from a neighbouring
-    /// setpoint one or two steps reach rounding.
+    /// Householder's step of third order with `f = s(ξ) - length`, `f' = σ`: from a neighbouring setpoint one step reaches
+    /// rounding.
     #[inline]
     pub(super) fn solve_length(&self, length_mm: f64, xi: f64) -> f64 {
         let (mut low, mut high) = (0.0, 1.0);
@@ -190,11 +190,14 @@ impl Segment {
                 high = xi
             }
             let p = self.preimage(xi);
-            let bend = dot(p.w, p.w1);
-            let step = miss * p.speed / (p.speed * p.speed - miss * bend);
+            // σ'/2 and σ''/2.
+            let (bend, curl) = (dot(p.w, p.w1), p.w1.norm_sqr() + dot(p.w, p.w2));
+            let square = p.speed * p.speed;
+            let step = miss * (square - miss * bend)
+                / (p.speed * (square - 2.0 * miss * bend) + miss * miss * curl * (1.0 / 3.0));
             let next = xi - step;
-            // Convergence is cubic: after a step this short the next one would be rounding.
-            if step.abs() < 1e-6 {
+            // Convergence is of fourth order: after a step this short the next one would be rounding.
+            if step.abs() < 1e-4 {
                 return next.clamp(0.0, 1.0);
             }
             xi = if next >= low && next <= high { next } else { 0.5 * (low + high) };
@@ -219,6 +222,17 @@ impl Segment {
             tangent: vector(tangent),
             curvature_1_mm: vector(normal * kappa),
             curvature_rate_1_mm2: vector(normal * kappa_s - tangent * (kappa * kappa)),
+        }
+    }
+
+    /// The point and its tangent; `start_mm` is the arc length at the start of the segment.
+    #[inline]
+    pub(super) fn foot(&self, xi: f64, start_mm: f64) -> Foot<2> {
+        let w = self.preimage(xi).w;
+        Foot {
+            s_mm: start_mm + self.arc_length(xi),
+            point_mm: vector(self.point(xi)),
+            tangent: vector(w * w / w.norm_sqr()),
         }
     }
 

@@ -4,7 +4,7 @@ use nalgebra::{SVector, Vector2};
 
 use super::bspline::{Ends, NodalPoints};
 use super::ph_segment::{Point, Segment, complex};
-use super::{Cursor, Frame, Path, PathError, ph_solver};
+use super::{Cursor, Foot, Frame, Path, PathError, ph_solver};
 
 /// A planar spline with continuous position, first and second derivative, whose arc length is a polynomial.
 ///
@@ -163,11 +163,6 @@ impl PhSpline {
         s
     }
 
-    fn frame_at(&self, cursor: Cursor) -> Frame<2> {
-        let segment = &self.segments[cursor.segment];
-        segment.frame(cursor.xi, self.nodes_mm[cursor.segment] + segment.arc_length(cursor.xi))
-    }
-
     /// The neighbouring segment in direction `forward`, through the seam of a closed path.
     fn neighbour(&self, segment: usize, forward: bool) -> Option<usize> {
         let last = self.segments.len() - 1;
@@ -213,9 +208,10 @@ impl Path<2> for PhSpline {
         self.max_curvature
     }
 
-    fn nearest_local(&self, point_mm: &SVector<f64, 2>, cursor: &mut Cursor) -> Frame<2> {
-        // Below this a Newton step leaves an error of rounding size (it converges quadratically).
-        const LAST_STEP_MM: f64 = 1e-7;
+    fn nearest_local(&self, point_mm: &SVector<f64, 2>, cursor: &mut Cursor) -> Foot<2> {
+        // Newton converges quadratically: a step of ξ by δ leaves an error of the order of σ δ² in arc length, and that
+        // has to be far below a nanometre.
+        const LAST_STEP_MM: f64 = 1e-11;
         let target = complex(point_mm);
         let segment = cursor.segment.min(self.segments.len() - 1);
         let mut at = Cursor { segment, xi: (cursor.xi + cursor.advance).clamp(0.0, 1.0), advance: 0.0 };
@@ -225,7 +221,7 @@ impl Path<2> for PhSpline {
             let speed_square = here.speed * here.speed;
             let curved = if here.second > 0.1 * speed_square { here.second } else { speed_square };
             let mut step = (-here.first / curved).clamp(-0.5, 0.5);
-            if !((step * here.speed).abs() >= LAST_STEP_MM) {
+            if !(step * step * here.speed >= LAST_STEP_MM) {
                 at = self.moved(at, step, here.speed);
                 break;
             }
@@ -245,7 +241,7 @@ impl Path<2> for PhSpline {
         }
         let advance = if at.segment == cursor.segment { at.xi - cursor.xi } else { 0.0 };
         *cursor = Cursor { advance, ..at };
-        self.frame_at(at)
+        self.segments[at.segment].foot(at.xi, self.nodes_mm[at.segment])
     }
 }
 
