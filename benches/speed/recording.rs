@@ -19,7 +19,7 @@ pub(crate) fn bench(quick: bool) {
     let (path, axes) = crate::alpha();
     let motion = Motion::plan(path.length_mm(), 100.0, Profile::Exponential { phase_s: 0.1, n_c: 8.12 })
         .expect("a motion along alpha");
-    let settings = LoopSettings { settling_s: if quick { 1.0 } else { 50.0 }, ..LoopSettings::default() };
+    let settings = LoopSettings { settling_s: if quick { 1.0 } else { 10.0 }, ..LoopSettings::default() };
     let limits = Limits::default();
     let simulation = Simulation::new(&path, &motion, axes, settings).expect("a run");
     let samples = simulation.samples();
@@ -72,7 +72,7 @@ pub(crate) fn bench(quick: bool) {
         writer.into_inner().into_inner()
     };
 
-    let rounds = if quick { 1 } else { 25 };
+    let rounds = if quick { 1 } else { 100 };
     let (mut ours, mut theirs) = (Vec::new(), Vec::new());
     for _ in 0..rounds {
         // Memory that was touched before: neither side pays for the pages.
