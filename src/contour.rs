@@ -50,8 +50,7 @@ impl<'a, const D: usize> ContourMeter<'a, D> {
         let reach = PI * (actual_mm - setpoint_mm).norm() + 1e-6;
         let nearest = nearest_in_window(self.path, actual_mm, s_mm, reach, &mut self.cursor);
         let away = actual_mm - nearest.foot.point_mm;
-        let left =
-            if D >= 2 { nearest.foot.tangent[0] * away[1] - nearest.foot.tangent[1] * away[0] } else { away[0] };
+        let left = if D >= 2 { nearest.foot.tangent[0] * away[1] - nearest.foot.tangent[1] * away[0] } else { away[0] };
         ContourError {
             signed_mm: nearest.distance_mm.copysign(left),
             nearest_mm: nearest.foot.point_mm,

@@ -63,7 +63,7 @@ fn validates_the_global_nearest_point_on_random_splines_near_and_far() {
             let angle: f64 = rng.random_range(-3.2..3.2);
             let p = path.point_mm(s, &mut Cursor::default()) + Vector2::new(angle.cos(), angle.sin()) * far;
             // A cursor that knows nothing, and the whole path in reach.
-            let found = nearest_in_window(&path, &p, s, length, &mut Cursor { segment: 0, xi: 0.3, advance: 0.0 });
+            let found = nearest_in_window(&path, &p, s, length, &mut Cursor::at(0, 0.3));
             let pieces = 5_000;
             let brute = polyline_distance(&path, &p, 0.0, length, pieces);
             let sag = path.max_curvature_1_mm() * (length / pieces as f64).powi(2) / 8.0;
@@ -188,7 +188,7 @@ fn validates_that_setpoints_lie_where_the_motion_says() {
             let s = motion.at(f64::from(k) * 1e-3).s_mm;
             let frame = case.path.frame(s, &mut cursor);
             // The arc length of the very parameter that was found.
-            let back = case.path.nearest_local(&frame.point_mm, &mut Cursor { advance: 0.0, ..cursor });
+            let back = case.path.nearest_local(&frame.point_mm, &mut Cursor::at(cursor.segment, cursor.xi));
             assert!((back.s_mm - s).abs() < 1e-12 * s.max(1.0), "{} k {k}: {} {s}", case.name, back.s_mm);
         }
         let setpoints: Vec<_> = Interpolator::new(&case.path, &motion, 1e-3).collect();

@@ -123,8 +123,8 @@ fn validates_c2_at_every_joint() {
             let right_segment = if i == 0 { 0 } else { i };
             // Cursors force the side: the end of one segment, the start of the next.
             let h = 1e-9 * length;
-            let left = spline.frame(before - h, &mut Cursor { segment: left_segment, xi: 1.0, advance: 0.0 });
-            let right = spline.frame(after + h, &mut Cursor { segment: right_segment, xi: 0.0, advance: 0.0 });
+            let left = spline.frame(before - h, &mut Cursor::at(left_segment, 1.0));
+            let right = spline.frame(after + h, &mut Cursor::at(right_segment, 0.0));
             // Over 2h the point moves 2h, the tangent by 2hκ, the curvature by 2h dκ/ds.
             let kappa = spline.max_curvature_1_mm();
             let rate = left.curvature_rate_1_mm2.norm().max(right.curvature_rate_1_mm2.norm());
@@ -455,7 +455,7 @@ fn wild_points_give_a_spline_or_an_error_and_never_a_wrong_one() {
                 for (i, pair) in spline.nodal_points_mm().windows(2).enumerate() {
                     let chord = (pair[1] - pair[0]).norm();
                     assert!(nodes[i + 1] - nodes[i] >= chord * (1.0 - 1e-12), "case {case}: {points:?}");
-                    let end = spline.frame(nodes[i + 1], &mut Cursor { segment: i, xi: 1.0, advance: 0.0 });
+                    let end = spline.frame(nodes[i + 1], &mut Cursor::at(i, 1.0));
                     assert!((end.point_mm - pair[1]).norm() < 1e-9, "case {case}: {points:?}");
                 }
             }

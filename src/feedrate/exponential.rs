@@ -37,6 +37,8 @@ pub struct ExponentialPhase {
     antiderivative: [f64; 6],
     /// `∫₀¹ E dτ`.
     whole: f64,
+    /// `exp(n_c)`.
+    exp_n_c: f64,
 }
 
 /// `h(τ) = τ - 6τ³ + 8τ⁴ - 3τ⁵` in powers of τ.
@@ -65,9 +67,16 @@ impl ExponentialPhase {
             antiderivative[k] = (H[k] - (k as f64 + 1.0) * above) / n_c;
             above = antiderivative[k];
         }
-        let mut phase =
-            Self { duration_s, feed_mm_s: feed_mm_s * share, n_c, amplitude_mm_s2: share, antiderivative, whole: 0.0 };
-        phase.whole = phase.integral(1.0, libm::exp(n_c));
+        let mut phase = Self {
+            duration_s,
+            feed_mm_s: feed_mm_s * share,
+            n_c,
+            amplitude_mm_s2: share,
+            antiderivative,
+            whole: 0.0,
+            exp_n_c: libm::exp(n_c),
+        };
+        phase.whole = phase.integral(1.0, phase.exp_n_c);
         Ok(phase)
     }
 
@@ -103,7 +112,8 @@ impl ExponentialPhase {
         let duration = self.duration_s;
         let tau = (t_s / duration).clamp(0.0, 1.0);
         let rest = 1.0 - tau;
-        let (exp, exp_rest) = (libm::exp(self.n_c * tau), libm::exp(self.n_c * rest));
+        let exp = libm::exp(self.n_c * tau);
+        let exp_rest = self.exp_n_c / exp;
         let [e, e1, e2] = self.bump(tau, exp);
         let [f, f1, f2] = self.bump(rest, exp_rest);
         let lift = self.amplitude_mm_s2 * duration;

@@ -34,7 +34,7 @@ impl Circle {
 
     fn at(&self, s_mm: f64, cursor: &mut Cursor) -> Frame<2> {
         let s_mm = s_mm.clamp(0.0, self.length_mm());
-        *cursor = Cursor { segment: 0, xi: s_mm / self.length_mm(), advance: 0.0 };
+        *cursor = Cursor::at(0, s_mm / self.length_mm());
         let (sin, cos) = libm::sincos(self.start_rad + self.turn * s_mm / self.radius);
         let out = Vector2::new(cos, sin);
         let tangent = Vector2::new(-sin, cos) * self.turn;

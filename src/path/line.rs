@@ -29,7 +29,7 @@ impl<const D: usize> Line<D> {
 
     fn at(&self, s_mm: f64, cursor: &mut Cursor) -> Frame<D> {
         let s_mm = s_mm.clamp(0.0, self.length);
-        *cursor = Cursor { segment: 0, xi: s_mm / self.length, advance: 0.0 };
+        *cursor = Cursor::at(0, s_mm / self.length);
         // Counted from the nearer end, so that the line ends exactly on its last point.
         let point_mm = if cursor.xi < 0.5 {
             self.start + self.tangent * s_mm

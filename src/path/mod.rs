@@ -50,6 +50,32 @@ pub struct Cursor {
     pub xi: f64,
     /// By how much the last search moved `xi` on its segment: the next one, in a stream, moves about as far.
     pub advance: f64,
+    /// By how much `advance` itself changed.
+    pub change: f64,
+}
+
+impl Cursor {
+    /// A cursor that knows a place and nothing of a stream.
+    pub fn at(segment: usize, xi: f64) -> Self {
+        Self { segment, xi, ..Self::default() }
+    }
+
+    /// Where the next answer of a stream is to be expected on the segment.
+    #[inline]
+    fn expected(&self) -> f64 {
+        self.xi + (self.advance + self.change)
+    }
+
+    /// Notes the answer.
+    #[inline]
+    fn found(&mut self, segment: usize, xi: f64) {
+        if segment == self.segment {
+            let advance = xi - self.xi;
+            *self = Self { segment, xi, advance, change: advance - self.advance };
+        } else {
+            *self = Self::at(segment, xi);
+        }
+    }
 }
 
 /// A point of a path with the first three derivatives with respect to arc length.

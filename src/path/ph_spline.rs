@@ -147,7 +147,7 @@ impl PhSpline {
         let s = if s_mm > 0.0 { s_mm.min(self.nodes_mm[last + 1]) } else { 0.0 };
         let mut segment = cursor.segment.min(last);
         let holds = |i: usize| s >= self.nodes_mm[i] && (s < self.nodes_mm[i + 1] || i == last);
-        let mut guess = cursor.xi + cursor.advance;
+        let mut guess = cursor.expected();
         if !holds(segment) {
             segment = if segment < last && holds(segment + 1) {
                 segment + 1
@@ -158,8 +158,7 @@ impl PhSpline {
             guess = (s - self.nodes_mm[segment]) / (self.nodes_mm[segment + 1] - self.nodes_mm[segment]);
         }
         let xi = self.segments[segment].solve_length(s - self.nodes_mm[segment], guess);
-        let advance = if segment == cursor.segment { xi - cursor.xi } else { 0.0 };
-        *cursor = Cursor { segment, xi, advance };
+        cursor.found(segment, xi);
         s
     }
 
@@ -214,7 +213,7 @@ impl Path<2> for PhSpline {
         const LAST_STEP_MM: f64 = 1e-11;
         let target = complex(point_mm);
         let segment = cursor.segment.min(self.segments.len() - 1);
-        let mut at = Cursor { segment, xi: (cursor.xi + cursor.advance).clamp(0.0, 1.0), advance: 0.0 };
+        let mut at = Cursor::at(segment, cursor.expected().clamp(0.0, 1.0));
         let mut here = self.segments[at.segment].slope(at.xi, target);
         for _ in 0..200 {
             // Newton where the distance is convex, else downhill by the length that a straight path would need.
@@ -239,8 +238,7 @@ impl Path<2> for PhSpline {
                 break;
             }
         }
-        let advance = if at.segment == cursor.segment { at.xi - cursor.xi } else { 0.0 };
-        *cursor = Cursor { advance, ..at };
+        cursor.found(at.segment, at.xi);
         self.segments[at.segment].foot(at.xi, self.nodes_mm[at.segment])
     }
 }
@@ -260,6 +258,6 @@ impl PhSpline {
         let over = if forward { xi - 1.0 } else { -xi };
         let entry = if forward { 0.0 } else { 1.0 };
         let rest = (over * speed / self.segments[segment].speed(entry)).min(0.5);
-        Cursor { segment, xi: if forward { rest } else { 1.0 - rest }, advance: 0.0 }
+        Cursor::at(segment, if forward { rest } else { 1.0 - rest })
     }
 }
