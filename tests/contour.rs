@@ -179,6 +179,36 @@ fn validates_mirror_images_offsets_and_units() {
 }
 
 #[test]
+fn validates_mirror_images_and_offsets_on_random_paths() {
+    // Random paths, saturated or not: the mirror image errs to the other side, the moved path as the path itself.
+    let mut rng = Xoshiro256PlusPlus::seed_from_u64(41);
+    let axes = Case::alpha().axes;
+    let settings = LoopSettings { settling_s: 0.02, ..LoopSettings::default() };
+    for case in 0..1000 {
+        let points = random_walk(&mut rng, 6, 0.8);
+        let (x, y) = (rng.random_range(-300.0..300.0), rng.random_range(-300.0..300.0));
+        let run = |points: Vec<Vector2<f64>>| -> Vec<(f64, f64)> {
+            let path = PhSpline::from_nodal_points(&points, false, None).unwrap();
+            let length = path.length_mm();
+            let motion = Motion::plan(length, length / 0.06, Profile::Quintic { phase_s: 0.02 }).unwrap();
+            let simulation = Simulation::new(&path, &motion, axes, settings).unwrap();
+            simulation.map(|p| (p.contour_error_um, p.axes[1].voltage_v)).collect()
+        };
+        let plain = run(points.clone());
+        let mirrored = run(points.iter().map(|p| Vector2::new(p.x, -p.y)).collect());
+        let moved = run(points.iter().map(|p| p + Vector2::new(x, y)).collect());
+        assert!(plain.len() > 90, "case {case}");
+        // A coordinate of 1000 mm is rounded to 1e-13 mm; the contouring error of a large one to its own last digits.
+        for k in 0..plain.len() {
+            let slack = 1e-6 + 1e-9 * plain[k].0.abs();
+            assert!((plain[k].0 + mirrored[k].0).abs() < slack, "case {case} k {k}: {:?} {:?}", plain[k], mirrored[k]);
+            assert!((plain[k].1 + mirrored[k].1).abs() < 1e-9, "case {case} k {k}");
+            assert!((plain[k].0 - moved[k].0).abs() < slack, "case {case} k {k}: {:?} {:?}", plain[k], moved[k]);
+        }
+    }
+}
+
+#[test]
 fn validates_that_setpoints_lie_where_the_motion_says() {
     // s(ξ_k) = s(t_k) within 1e-12 mm, read back from the parameter that the cursor holds, and a constant feed in the cruise.
     for case in Case::both() {
@@ -192,7 +222,7 @@ fn validates_that_setpoints_lie_where_the_motion_says() {
             assert!((back.s_mm - s).abs() < 1e-12 * s.max(1.0), "{} k {k}: {} {s}", case.name, back.s_mm);
         }
         let setpoints: Vec<_> = Interpolator::new(&case.path, &motion, 1e-3).collect();
-        assert_eq!(setpoints.len(), (motion.total_s() * 1e3).ceil() as usize + 1);
+        assert_eq!(setpoints.len() as f64, (motion.total_s() * 1e3).ceil() + 1.0);
         let end = setpoints.last().unwrap();
         assert_eq!((end.s_mm, end.feed_mm_s), (case.path.length_mm(), 0.0));
         for pair in setpoints.windows(2) {

@@ -18,7 +18,7 @@ fn main() {
     let quick = !arguments.iter().any(|argument| argument == "--bench");
     // `cargo bench -- step` runs the benches with that in their name.
     let filters: Vec<&String> = arguments.iter().filter(|argument| !argument.starts_with('-')).collect();
-    let benches: [(&str, fn(bool)); 5] = [
+    let benches: [Bench; 5] = [
         ("loop", servo_loop::bench),
         ("step", whole_step::bench),
         ("recording", recording::bench),
@@ -31,6 +31,9 @@ fn main() {
         }
     }
 }
+
+/// A name, and what it measures (in one short round, or in earnest).
+type Bench = (&'static str, fn(bool));
 
 /// Seconds that `work` takes.
 fn seconds<T>(work: impl FnOnce() -> T) -> (f64, T) {
