@@ -142,7 +142,11 @@ fn validates_the_exponential_feed_against_the_papers_form() {
         let (a_i, a_f) = (1.0 - (8.12 * tau).exp(), 1.0 - (8.12 * (1.0 - tau)).exp());
         let c = [0.0, T * a_i / 5.0, 2.0 * T * a_i / 5.0, V - 2.0 * T * a_f / 5.0, V - T * a_f / 5.0, V];
         let choose = [1.0, 5.0, 10.0, 10.0, 5.0, 1.0];
-        let v: f64 = (0..6).map(|k| c[k] * choose[k] * tau.powi(k as i32) * (1.0 - tau).powi(5 - k as i32)).sum();
+        let v: f64 = (0..6_u8)
+            .map(|k| {
+                c[usize::from(k)] * choose[usize::from(k)] * tau.powi(k.into()) * (1.0 - tau).powi(5 - i32::from(k))
+            })
+            .sum();
         let ours = phase.at(tau * T).feed_mm_s;
         assert!((ours - v).abs() < 1e-11, "τ {tau}: {ours} {v}");
         // Antisymmetric about the middle.

@@ -170,7 +170,7 @@ fn a_full_disk_names_the_file_and_leaves_nothing_half_written() {
             assert_eq!(entries(&folder.path("output")), ["alpha.mcap"], "nothing half-written is left");
         }
         for name in entries(&folder.path("output")) {
-            if name.ends_with(".mcap") {
+            if Path::new(&name).extension().is_some_and(|ending| ending == "mcap") {
                 assert!(Recording::open(folder.path("output").join(&name)).unwrap().complete, "{name}");
             }
             assert!(!name.contains("partial") && !name.contains("tmp"), "{name}");

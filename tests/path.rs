@@ -62,7 +62,7 @@ fn square(w: Vector2<f64>) -> Vector2<f64> {
 fn validates_that_splines_pass_through_their_nodal_points() {
     for (case, spline) in random_splines(10, 2000) {
         let nodes = spline.nodal_points_mm();
-        let scale = nodes.iter().map(|p| p.norm()).fold(1.0, f64::max);
+        let scale = nodes.iter().map(Vector2::norm).fold(1.0, f64::max);
         let z: Vec<[f64; 2]> = spline.preimage().collect();
         for (i, pair) in nodes.windows(2).enumerate() {
             // The chord is the integral of w².
@@ -247,7 +247,7 @@ fn validates_that_the_wanted_root_has_the_smallest_bending_energy_of_its_neighbo
     // Other solutions of the same equations are reached by flipping the sign of one start value; the library refuses them,
     // so they are found here by a plain Newton with numerical elimination on alpha's small system.
     let spline = PhSpline::from_control_points(&ALPHA.map(Vector2::from), false).unwrap();
-    let wanted = energy_of(&spline.preimage().map(|z| num(z)).collect::<Vec<_>>());
+    let wanted = energy_of(&spline.preimage().map(num).collect::<Vec<_>>());
     assert!((wanted - spline.bending_energy_1_mm()).abs() < 1e-6 * wanted);
     let nodes = spline.nodal_points_mm();
     let chords: Vec<C> = nodes.windows(2).map(|p| C::new(p[1].x - p[0].x, p[1].y - p[0].y)).collect();
