@@ -2,10 +2,9 @@
 
 use std::fmt;
 
-use serde::{Deserialize, Serialize};
+use serde::{Deserialize, Deserializer, Serialize, Serializer};
 
-use crate::servo::{Lockup, LockupWatch, LoopSettings};
-use crate::simulation::Period;
+use crate::servo::Lockup;
 
 /// Names of the axes, in the order of the path's coordinates.
 pub const AXIS_NAMES: [&str; 3] = ["x", "y", "z"];
@@ -31,12 +30,26 @@ pub struct LimitCheck {
     /// Key of the limit, with its unit.
     pub name: String,
     /// The largest value that the run reached; null in JSON where it is infinite.
-    #[serde(serialize_with = "crate::summary::finite_or_null", deserialize_with = "crate::summary::null_is_infinite")]
+    #[serde(serialize_with = "finite_or_null", deserialize_with = "null_is_infinite")]
     pub value: f64,
     /// The limit.
     pub limit: f64,
     /// Whether `value ≤ limit`.
     pub kept: bool,
+}
+
+/// JSON knows no infinity: it is written as null.
+///
+/// # Errors
+/// Those of the serializer.
+#[allow(clippy::trivially_copy_pass_by_ref)] // serde's signature
+pub(crate) fn finite_or_null<S: Serializer>(value: &f64, serializer: S) -> Result<S::Ok, S::Error> {
+    if value.is_finite() { serializer.serialize_f64(*value) } else { serializer.serialize_none() }
+}
+
+/// The way back from [`finite_or_null`].
+pub(crate) fn null_is_infinite<'de, D: Deserializer<'de>>(deserializer: D) -> Result<f64, D::Error> {
+    Ok(Option::<f64>::deserialize(deserializer)?.unwrap_or(f64::INFINITY))
 }
 
 /// Peaks that limits are held against.
@@ -170,70 +183,5 @@ impl fmt::Display for Event {
             ),
             Self::Interrupted { .. } => f.write_str("interrupted by the user"),
         }
-    }
-}
-
-/// Turns periods into events.
-#[derive(Debug)]
-pub(crate) struct Monitor<const A: usize> {
-    limits: Limits,
-    saturated_since: [Option<f64>; A],
-    lockups: [LockupWatch; A],
-    passed: [bool; 5],
-}
-
-impl<const A: usize> Monitor<A> {
-    pub(crate) fn new(limits: &Limits, settings: &LoopSettings) -> Self {
-        Self {
-            limits: *limits,
-            saturated_since: [None; A],
-            lockups: std::array::from_fn(|_| LockupWatch::new(settings.period_s)),
-            passed: [false; 5],
-        }
-    }
-
-    /// Tells `emit` every event of this period.
-    pub(crate) fn watch<E>(
-        &mut self,
-        period: &Period<A>,
-        emit: &mut dyn FnMut(&Event) -> Result<(), E>,
-    ) -> Result<(), E> {
-        let time_s = period.time_s;
-        let mut voltage = 0.0_f64;
-        for (axis, signals) in period.axes.iter().enumerate() {
-            voltage = voltage.max(signals.voltage_v.abs());
-            match (signals.saturated, self.saturated_since[axis]) {
-                (true, None) => {
-                    self.saturated_since[axis] = Some(time_s);
-                    emit(&Event::SaturationBegan { axis, time_s })?;
-                }
-                (false, Some(since)) => {
-                    self.saturated_since[axis] = None;
-                    emit(&Event::SaturationEnded { axis, time_s, lasted_s: time_s - since })?;
-                }
-                _ => {}
-            }
-            let error = signals.command_mm - signals.actual_mm;
-            if let Some(lockup) = self.lockups[axis].watch(period.k, signals.voltage_v, signals.saturated, error) {
-                emit(&Event::LockedUp { axis, lockup })?;
-            }
-        }
-        let values = [
-            ("contour_error_um", period.contour_error_um.abs(), self.limits.contour_error_um),
-            ("tracking_error_um", period.tracking_error_um, self.limits.tracking_error_um),
-            ("voltage_v", voltage, self.limits.voltage_v),
-            ("accel_mm_s2", period.setpoint.accel_mm_s2.abs(), self.limits.accel_mm_s2),
-            ("jerk_mm_s3", period.setpoint.jerk_mm_s3.abs(), self.limits.jerk_mm_s3),
-        ];
-        for ((name, value, limit), passed) in values.into_iter().zip(&mut self.passed) {
-            if let Some(limit) = limit
-                && value > limit
-                && !*passed
-            {
-                *passed = true;
-                emit(&Event::LimitPassed { name, value, limit, time_s })?;
-            }
-        }
-        Ok(())
     }
 }

@@ -1,8 +1,8 @@
 //! The figures of a run: what the table on standard output, `--format json` and the recording's attachment hold.
 
-use serde::{Deserialize, Deserializer, Serialize, Serializer};
+use serde::{Deserialize, Serialize};
 
-use crate::limits::{AXIS_NAMES, Event, LimitCheck, Limits, Peaks};
+use crate::limits::{AXIS_NAMES, Event, LimitCheck, Limits, Peaks, finite_or_null, null_is_infinite};
 use crate::optimize::Step;
 use crate::simulation::{Observer, ObserverError, Period, RunPlan};
 
@@ -86,20 +86,6 @@ impl Summary {
     pub fn passed(&self) -> bool {
         !self.locked_up && self.limits.iter().all(|check| check.kept)
     }
-}
-
-/// JSON knows no infinity: it is written as null.
-///
-/// # Errors
-/// Those of the serializer.
-#[allow(clippy::trivially_copy_pass_by_ref)] // serde's signature
-pub(crate) fn finite_or_null<S: Serializer>(value: &f64, serializer: S) -> Result<S::Ok, S::Error> {
-    if value.is_finite() { serializer.serialize_f64(*value) } else { serializer.serialize_none() }
-}
-
-/// The way back from [`finite_or_null`].
-pub(crate) fn null_is_infinite<'de, D: Deserializer<'de>>(deserializer: D) -> Result<f64, D::Error> {
-    Ok(Option::<f64>::deserialize(deserializer)?.unwrap_or(f64::INFINITY))
 }
 
 /// Sum of squares without loss on long runs (Neumaier).

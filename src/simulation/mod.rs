@@ -4,6 +4,8 @@
 //! pulls it to its end, watches it ([`Event`]s) and hands every period to the [`Observer`]s: the recording, the summary,
 //! or one of your own.
 
+mod monitor;
+
 use std::error::Error;
 use std::sync::atomic::{AtomicBool, Ordering};
 
@@ -12,9 +14,10 @@ use nalgebra::SVector;
 use crate::contour::ContourMeter;
 use crate::feedrate::Motion;
 use crate::interpolator::{Interpolator, Setpoint, periods};
-use crate::limits::{Event, Limits, Monitor};
+use crate::limits::{Event, Limits};
 use crate::path::Path;
 use crate::servo::{AxisLoop, AxisParameters, AxisSignals, LoopSettings, ServoError};
+use monitor::Monitor;
 
 /// Most control periods that a run may have (28 hours at 1 ms).
 pub const MAX_PERIODS: u64 = 100_000_000;
