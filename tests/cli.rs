@@ -89,6 +89,16 @@ fn a_broken_limit_is_told_and_exits_with_3() {
 }
 
 #[test]
+fn rounding_breaks_no_limit() {
+    let folder = Folder::new();
+    // 100 mm/s in 0.05 s is 2000 mm/s², and 2000.0000000000005 in floating point.
+    let linear = "run alpha --set feedrate.profile.linear.phase_s=0.05 --set limits={accel_mm_s2=2000}";
+    folder.servosim(linear).assert().success().stdout(contains("limit accel_mm_s2        kept    2000.0 of 2000, 0 %"));
+    let linear = linear.replace("2000}", "1999.999}");
+    folder.servosim(&linear).assert().code(3).stdout(contains("BROKEN"));
+}
+
+#[test]
 fn a_locked_loop_is_told_in_words_and_exits_with_3() {
     let folder = Folder::new();
     let scenario = "run alpha --set axes.x.drive.voltage_limit_v=0.5 --set limits={}";

@@ -2,6 +2,8 @@
 
 use std::io::{self, Write};
 
+use servosim::limits::is_kept;
+
 use super::CliError;
 
 /// Writes results to standard output. A reader that has gone away (a closed pipe) is no failure.
@@ -28,10 +30,10 @@ pub(crate) fn margin(value: f64, limit: f64) -> String {
     let share = 100.0 * (value / limit - 1.0);
     if share.is_infinite() {
         "over without bound".to_owned()
-    } else if value > limit {
+    } else if !is_kept(value, limit) {
         format!("over by {} %", percent(share))
     } else {
-        format!("{} % to spare", percent(-share))
+        format!("{} % to spare", percent((-share).max(0.0)))
     }
 }
 
@@ -97,6 +99,7 @@ mod tests {
         assert_eq!(margin(33.0, 30.0), "over by 10.0 %");
         assert_eq!(margin(27.0, 30.0), "10.0 % to spare");
         assert_eq!(margin(f64::INFINITY, 30.0), "over without bound");
+        assert_eq!(margin(2000.000_000_000_000_5, 2000.0), "0 % to spare");
         assert_eq!(margin(30.003, 30.0), "over by 1.0e-2 %");
     }
 }
