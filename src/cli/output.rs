@@ -1,6 +1,8 @@
 //! Standard output, and numbers for people.
 
+use std::fs;
 use std::io::{self, Write};
+use std::path::Path;
 
 use servosim::limits::is_kept;
 
@@ -18,6 +20,17 @@ pub(crate) fn print(text: &str) -> Result<(), CliError> {
 /// Tells the user something on standard error. Nobody is left to be told when that fails.
 pub(crate) fn note(text: &str) {
     let _ = writeln!(io::stderr().lock(), "{}", printable(text));
+}
+
+/// Makes the folder that output goes to.
+pub(crate) fn make_folder(folder: &Path) -> Result<(), CliError> {
+    fs::create_dir_all(folder).map_err(|source| match fs::metadata(folder) {
+        Ok(meta) if !meta.is_dir() => CliError::Usage(format!(
+            "cannot write to {}: it is a file, not a folder\nhelp: --output takes a folder; it is made if it is missing",
+            folder.display()
+        )),
+        _ => CliError::Write { path: folder.to_owned(), source },
+    })
 }
 
 /// `text` without control characters (newlines stay): file names may hold any.
