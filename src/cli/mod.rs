@@ -129,9 +129,12 @@ impl CliError {
 
     fn exit_code(&self) -> u8 {
         match self {
-            Self::Scenario(_) | Self::Invalid { .. } | Self::Usage(_) => 2,
-            Self::Report(ReportError::Stem { .. }) | Self::Read(ReadError::Open { .. } | ReadError::Folder { .. }) => 2,
-            Self::Recording(RecordingError::Occupied { .. } | RecordingError::Folder { .. }) => 2,
+            Self::Scenario(_)
+            | Self::Invalid { .. }
+            | Self::Usage(_)
+            | Self::Report(ReportError::Stem { .. })
+            | Self::Read(ReadError::Open { .. } | ReadError::Folder { .. })
+            | Self::Recording(RecordingError::Occupied { .. } | RecordingError::Folder { .. }) => 2,
             _ => 1,
         }
     }
