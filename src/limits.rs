@@ -24,6 +24,15 @@ pub struct Limits {
     pub jerk_mm_s3: Option<f64>,
 }
 
+/// Share of a limit that a value may be above it: rounding breaks no limit. A feed of 100 mm/s reached in 0.05 s is an
+/// acceleration of 2000.0000000000005 mm/s².
+const ROUNDING: f64 = 1e-9;
+
+/// Whether `value ≤ limit` (positive) but for rounding; not a number is not kept.
+pub fn is_kept(value: f64, limit: f64) -> bool {
+    value <= limit * (1.0 + ROUNDING)
+}
+
 /// One limit held against what a run reached.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct LimitCheck {
@@ -34,7 +43,7 @@ pub struct LimitCheck {
     pub value: f64,
     /// The limit.
     pub limit: f64,
-    /// Whether `value ≤ limit`.
+    /// Whether `value ≤ limit`, see [`is_kept`].
     pub kept: bool,
 }
 
@@ -80,7 +89,7 @@ impl Limits {
         .into_iter()
         .filter_map(|(name, value, limit)| {
             let limit = limit?;
-            Some(LimitCheck { name: name.to_owned(), value, limit, kept: value <= limit })
+            Some(LimitCheck { name: name.to_owned(), value, limit, kept: is_kept(value, limit) })
         })
         .collect()
     }

@@ -86,13 +86,29 @@ fn a_broken_limit_is_told_and_exits_with_3() {
     let output = folder.servosim("run alpha --set limits.contour_error_um=20 --format json").assert().code(3);
     let summary: Summary = serde_json::from_slice(&output.get_output().stdout).unwrap();
     assert!(!summary.passed() && !summary.limits[0].kept);
+    // Where there is no table, standard error tells why the exit code is 3.
+    let why = "limit contour_error_um broken: 27.027 of 20, over by 35.1 %\n";
+    output.stderr(contains(why));
+    folder.servosim("run alpha --set limits.contour_error_um=20 --quiet").assert().code(3).stdout("").stderr(why);
+}
+
+#[test]
+fn rounding_breaks_no_limit() {
+    let folder = Folder::new();
+    // 100 mm/s in 0.05 s is 2000 mm/s², and 2000.0000000000005 in floating point.
+    let linear = "run alpha --set feedrate.profile.linear.phase_s=0.05 --set limits={accel_mm_s2=2000}";
+    folder.servosim(linear).assert().success().stdout(contains("limit accel_mm_s2        kept    2000.0 of 2000, 0 %"));
+    let linear = linear.replace("2000}", "1999.999}");
+    folder.servosim(&linear).assert().code(3).stdout(contains("BROKEN"));
 }
 
 #[test]
 fn a_locked_loop_is_told_in_words_and_exits_with_3() {
     let folder = Folder::new();
     let scenario = "run alpha --set axes.x.drive.voltage_limit_v=0.5 --set limits={}";
-    folder.servosim(scenario).assert().code(3).stdout(contains("LOCKED UP: axis x locked up: saturated since"));
+    folder.servosim(scenario).assert().code(3).stdout(contains("\n  axis x LOCKED UP: saturated since"));
+    let quiet = folder.servosim(&format!("{scenario} --quiet")).assert().code(3).stdout("");
+    quiet.stderr(starts_with("axis x locked up: saturated since"));
 }
 
 #[test]
@@ -173,6 +189,12 @@ fn a_file_that_cannot_be_used_is_told_with_line_column_and_help() {
         ("far", good.replace("[30, 40]", "[1e9, 40]").into(), "far.toml:3:10", "millimetres"),
         ("same", good.replace("[30, 40]", "[0, 0]").into(), "same.toml:3:10", "move `end_mm`"),
         ("utf8", not_utf8, &*format!("utf8.toml:{last}:9"), "save the file as UTF-8"),
+        ("comma", good.replace("kpp = 97", "kpp = 97,38").into(), "comma.toml:12:9", "97.38, not 97,38"),
+        ("huge", good.replace("kpp = 97", "kpp = 1e300").into(), "huge.toml:12:7", "kpp = 1e300 is out of range"),
+        ("bits", good.replace("kpp = 97", "kpp = 99999999999999999999").into(), "bits.toml:12:7", "such as 1e20"),
+        ("quick", good.replace("= 0.1", "= 1e-160").into(), "quick.toml:7:11", "raise phase_s"),
+        ("axis", (good.clone() + "[axes.z]\nk = 1\n").into(), &*format!("axis.toml:{last}:7"), "key `z` in [axes]"),
+        ("utf16bom", [b"\xff\xfe", &good.as_bytes()[..8]].concat(), "utf16bom.toml:1:1", "this is UTF-16"),
         ("utf16", good.encode_utf16().flat_map(u16::to_le_bytes).collect(), "utf16.toml", "help: "),
         ("deep", "[".repeat(100_000).into(), "deep.toml:1:", "help: "),
         ("deeper", format!("a = {}", "[".repeat(100_000)).into(), "deeper.toml:1:21", "nested too deeply"),
@@ -233,6 +255,14 @@ fn what_is_set_on_the_command_line_counts_and_is_blamed() {
         .stderr(contains("alpha.toml (built in, after --set):"))
         .stderr(contains("this comes from `--set axes.x.pdff.kpp=-1`, not from the file"));
     folder.servosim("run alpha --set kpp").assert().code(2).stderr(contains("`--set kpp` has no `=`"));
+    for (value, help) in [
+        ("12,5", "write decimals with a point"),
+        ("120Hz", "decimal point, no unit"),
+        ("99999999999999999999", "such as 1e20"),
+        ("[1", "lists in [brackets]"),
+    ] {
+        folder.servosim(&format!("run alpha --set axes.x.pdff.kpp={value}")).assert().code(2).stderr(contains(help));
+    }
 }
 
 #[test]
@@ -284,6 +314,41 @@ fn new_check_run() {
 }
 
 #[test]
+fn new_prints_a_command_that_a_shell_takes_and_replaces_all_or_nothing() {
+    let folder = Folder::new();
+    for (name, argument) in [("two words", "'two words.toml'"), ("it's", r"'it'\''s.toml'"), ("müll", "müll.toml")] {
+        let output = folder.process("new").arg(name).output().unwrap();
+        let text = String::from_utf8(output.stdout).unwrap();
+        assert!(text.ends_with(&format!("next: servosim run {argument}\n")), "{text}");
+    }
+    folder.servosim("new -- -dash").assert().success().stdout(contains("servosim run ./-dash.toml\n"));
+    fs::create_dir(folder.path("folder.toml")).unwrap();
+    folder.servosim("new folder --force").assert().code(1).stderr(contains("cannot write folder.toml"));
+    folder.servosim("new müll --force").assert().success();
+    let left: Vec<_> = fs::read_dir(folder.0.path()).unwrap().map(|entry| entry.unwrap().file_name()).collect();
+    assert_eq!(left.len(), 5, "{left:?}");
+}
+
+#[test]
+fn a_file_whose_name_no_output_can_have_is_told_before_the_run() {
+    let folder = Folder::new();
+    for name in ["n".repeat(240), "new\nline".to_owned(), "ü".repeat(110)] {
+        folder.write(&format!("{name}.toml"), line_scenario(50.0));
+        let output = folder.process("run").arg(format!("{name}.toml")).output().unwrap();
+        let stderr = String::from_utf8_lossy(&output.stderr);
+        assert_eq!(output.status.code(), Some(2), "{stderr}");
+        assert!(stderr.contains("name of its own"), "{stderr}");
+        assert!(!folder.path("output").exists());
+        let output = folder.process("run --set name=short").arg(format!("{name}.toml")).output().unwrap();
+        assert_eq!(output.status.code(), Some(0));
+        fs::remove_dir_all(folder.path("output")).unwrap();
+    }
+    // A hundred characters of four bytes each are too long for a file's name, too.
+    let output = folder.process("run alpha --set").arg(format!("name={}", "\u{20000}".repeat(100))).output().unwrap();
+    assert_eq!(output.status.code(), Some(2));
+}
+
+#[test]
 fn schema_is_json_that_names_the_keys() {
     let folder = Folder::new();
     let output = folder.servosim("schema").assert().success().stderr("").get_output().clone();
@@ -316,13 +381,10 @@ fn the_output_folder_is_made_and_what_is_in_its_way_is_told() {
     folder.servosim("run alpha --output a/b/c").assert().success();
     assert!(folder.path("a/b/c").is_dir());
     folder.write("file", "in the way");
-    for output in ["file", "file/below"] {
-        folder
-            .servosim(&format!("run alpha --output {output}"))
-            .assert()
-            .code(1)
-            .stdout("")
-            .stderr(contains(format!("cannot write {output}")));
+    folder.servosim("run alpha --output file/below").assert().code(1).stdout("").stderr(contains("file/below"));
+    for command in ["run alpha", "plot alpha"] {
+        let in_the_way = folder.servosim(&format!("{command} --output file")).assert().code(2).stdout("");
+        in_the_way.stderr(contains("file: it is a file, not a folder").and(contains("help: --output takes a folder")));
     }
     assert_eq!(fs::read_to_string(folder.path("file")).unwrap(), "in the way");
 }

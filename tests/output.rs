@@ -58,7 +58,7 @@ fn a_broken_limit_still_leaves_everything() {
     let folder = Folder::new();
     folder.servosim("run alpha --set limits.contour_error_um=20").assert().code(3).stdout(contains("BROKEN"));
     assert_eq!(entries(&folder.path("output")).len(), 5);
-    folder.servosim("run heart --set feedrate.feed_mm_s=400").assert().code(3).stdout(contains("locked up"));
+    folder.servosim("run heart --set feedrate.feed_mm_s=400").assert().code(3).stdout(contains("axis y LOCKED UP"));
     let recording = Recording::open(folder.path("output/heart.mcap")).unwrap();
     assert!(recording.log.iter().any(|line| line.message.contains("locked up")), "{:?}", recording.log);
 }
@@ -294,4 +294,63 @@ fn inspect_exports_every_sample_and_minds_no_closed_pipe() {
     let output = child.wait_with_output().unwrap();
     assert!(output.status.success() && output.stderr.is_empty(), "{output:?}");
     folder.servosim("inspect alpha --format json").assert().success().stdout(contains("\"complete\": true"));
+}
+
+#[test]
+fn plots_that_cannot_be_written_cost_neither_figures_nor_recording() {
+    let folder = Folder::new();
+    folder.write("output/alpha-voltage.svg/in", "the way");
+    folder
+        .servosim("run alpha")
+        .assert()
+        .code(1)
+        .stdout(contains("max contouring error   27.027 µm"))
+        .stderr(contains("wrote output/alpha.mcap\n").and(contains("cannot write output/alpha-voltage.svg")));
+}
+
+#[test]
+fn runs_of_one_name_are_told_apart_by_their_folders() {
+    let folder = Folder::new();
+    folder.servosim("run alpha --plots none --output before").assert().success();
+    folder.servosim("run alpha --plots none --output after --set axes.x.pdff.kpp=99").assert().success();
+    folder.servosim("run heart --plots none").assert().success();
+    folder.servosim("plot before/alpha.mcap after/alpha.mcap heart --name all").assert().success();
+    let svg = fs::read_to_string(folder.path("output/all-contour.svg")).unwrap();
+    assert!(svg.contains("before/alpha") && svg.contains("after/alpha") && svg.contains("heart"));
+    assert!(!svg.contains("alpha (2)") && !svg.contains("output/heart"));
+}
+
+#[test]
+fn what_a_user_can_do_about_it_is_told_in_the_terms_of_the_command_line() {
+    let folder = Folder::new();
+    for command in ["plot", "inspect"] {
+        let nothing = folder.servosim(&format!("{command} nothing")).assert().code(2);
+        nothing.stderr(contains("cannot open nothing").and(contains("help: looked for a file of that name")));
+    }
+    folder.write("output/alpha.mcap", "no recording");
+    folder.servosim("run alpha").assert().code(2).stderr(contains("help: --output DIR writes to another folder"));
+    folder.servosim("run heart").assert().success();
+    folder.servosim("plot heart --name a/b").assert().code(2).stderr(contains("plain name"));
+    folder.servosim("inspect heart").assert().stdout(contains("contour_error_um = 30: kept (12.506)"));
+}
+
+#[cfg(unix)]
+#[test]
+fn a_recording_of_gigabytes_is_told_of_before_it_is_written() {
+    let folder = Folder::new();
+    let scenario = "run alpha --set control.settling_s=9000";
+    for (quiet, told) in [("", true), (" --quiet", false)] {
+        let mut process = folder.process(&format!("{scenario} --output out{quiet}"));
+        let mut child = process.stdout(Stdio::null()).stderr(Stdio::piped()).spawn().unwrap();
+        let recording = folder.path("out/alpha.mcap.partial");
+        while !recording.exists() {
+            std::thread::sleep(std::time::Duration::from_millis(5));
+        }
+        child.kill().unwrap();
+        let mut text = String::new();
+        child.stderr.take().unwrap().read_to_string(&mut text).unwrap();
+        child.wait().unwrap();
+        assert_eq!(text.contains("9001101 samples make a recording of about 2.8 GB in out"), told, "{text}");
+        fs::remove_dir_all(folder.path("out")).unwrap();
+    }
 }

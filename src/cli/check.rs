@@ -3,6 +3,7 @@
 use std::fmt::Write as _;
 
 use clap::Args;
+use servosim::limits::is_kept;
 use servosim::scenario::{Document, Scenario};
 
 use super::output::{figure, margin, print, printable, short};
@@ -55,7 +56,7 @@ fn planned(file: &str, scenario: &Scenario) -> String {
     ];
     for (name, value, limit) in limits {
         if let Some(limit) = limit
-            && value > limit
+            && !is_kept(value, limit)
         {
             // Writing to a string does not fail.
             let _ = writeln!(

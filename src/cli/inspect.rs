@@ -11,17 +11,24 @@ use serde_json::{Value, json};
 
 use servosim::recording::{LogLevel, ReadError, Recording, csv};
 
+use super::output::figure;
 use super::{CliError, Outcome};
 
-/// Summarise a recording, or export it.
+/// Arguments of `servosim inspect`.
 #[derive(Debug, Clone, Args)]
+#[command(after_help = "\
+Examples:
+  servosim inspect output/alpha.mcap                   what the recording holds
+  servosim inspect alpha --csv > alpha.csv             every sample, for a spreadsheet or pandas
+  servosim inspect alpha --format json | jq .summary   the figures of the run")]
 pub(crate) struct InspectArgs {
-    /// The recording (.mcap; a .mcap.partial of an interrupted run will do).
+    /// The recording: a file (.mcap, or the .mcap.partial of an interrupted run), or the name of one in the folder output
+    #[arg(value_name = "RECORDING")]
     file: PathBuf,
-    /// How the contents are summarised.
+    /// How the contents are summarised: for people, or as one JSON object
     #[arg(long, value_enum, default_value_t = InspectFormat::Text, conflicts_with = "csv")]
     format: InspectFormat,
-    /// Write the samples of /servo as CSV to standard output instead.
+    /// Write the samples of /servo as CSV to standard output instead
     #[arg(long)]
     csv: bool,
 }
@@ -29,9 +36,7 @@ pub(crate) struct InspectArgs {
 /// How the contents are summarised.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
 pub(crate) enum InspectFormat {
-    /// For people.
     Text,
-    /// One JSON object.
     Json,
 }
 
@@ -148,7 +153,7 @@ fn write_text(out: &mut dyn Write, file: &Path, recording: &Recording) -> io::Re
             )?;
             for check in &summary.limits {
                 let kept = if check.kept { "kept" } else { "broken" };
-                row("limit", &format!("{} = {}: {kept} ({})", check.name, check.limit, check.value))?;
+                row("limit", &format!("{} = {}: {kept} ({})", check.name, check.limit, figure(check.value, 5)))?;
             }
             if let Some(lockup) = &summary.lockup {
                 row("lock-up", lockup)?;

@@ -85,6 +85,12 @@ pub(crate) enum CliError {
         /// What there is of the recording.
         recording: PathBuf,
     },
+    /// The user stopped it while it read a recording for its plots.
+    #[error("interrupted before the plots were drawn; {} is whole, `servosim plot` draws it", recording.display())]
+    PlotsInterrupted {
+        /// The recording.
+        recording: PathBuf,
+    },
     /// The recording could not be written.
     #[error(transparent)]
     Recording(#[from] RecordingError),
@@ -108,11 +114,25 @@ pub(crate) enum CliError {
 }
 
 impl CliError {
+    /// What to do, where the message of the library does not know the command line.
+    fn help(&self) -> Option<&'static str> {
+        match self {
+            Self::Recording(
+                RecordingError::Occupied { .. } | RecordingError::Folder { .. } | RecordingError::Busy { .. },
+            ) => Some("--output DIR writes to another folder, --set name=NAME to another name"),
+            Self::Read(ReadError::Open { source, .. }) if source.kind() == io::ErrorKind::NotFound => Some(
+                "looked for a file of that name, with .mcap behind it, and in the folder output; `servosim run` records one",
+            ),
+            _ => None,
+        }
+    }
+
     fn exit_code(&self) -> u8 {
         match self {
             Self::Scenario(_)
             | Self::Invalid { .. }
             | Self::Usage(_)
+            | Self::Report(ReportError::Stem { .. })
             | Self::Read(ReadError::Open { .. } | ReadError::Folder { .. })
             | Self::Recording(RecordingError::Occupied { .. } | RecordingError::Folder { .. }) => 2,
             _ => 1,
@@ -166,6 +186,9 @@ fn tell(error: &CliError) {
     };
     // Nobody is left to be told of a failure here.
     let _ = stderr.write_all(text.as_bytes());
+    if let Some(help) = error.help() {
+        let _ = writeln!(stderr, "help: {help}");
+    }
 }
 
 /// Whether a person watches standard error.

@@ -1,6 +1,6 @@
 //! `servosim new`: writes a commented scenario to start from.
 
-use std::fs::OpenOptions;
+use std::fs::{self, OpenOptions};
 use std::io::{self, Write};
 use std::path::{Path, PathBuf};
 
@@ -29,18 +29,10 @@ pub(crate) struct NewArgs {
 pub(crate) fn run(args: &NewArgs) -> Result<Outcome, CliError> {
     let path = file_of(&args.name)?;
     let shown = printable(&path.display().to_string());
-    let text = STARTER.replace("{file}", &shown.replace('\n', "\u{fffd}"));
-    let mut options = OpenOptions::new();
-    options.write(true);
-    if args.force {
-        options.create(true).truncate(true)
-    } else {
-        options.create_new(true)
-    };
-    let written = options.open(&path).and_then(|mut file| file.write_all(text.as_bytes()));
-    match written {
+    let text = STARTER.replace("{file}", &as_argument(&shown).replace('\n', "\u{fffd}"));
+    match write(&path, &text, args.force) {
         Ok(()) => {
-            print(&format!("wrote {shown}; next: servosim run {shown}\n"))?;
+            print(&format!("wrote {shown}; next: servosim run {}\n", as_argument(&shown)))?;
             Ok(Outcome::Fine)
         }
         Err(error) if error.kind() == io::ErrorKind::AlreadyExists => Err(CliError::Usage(format!(
@@ -51,6 +43,36 @@ pub(crate) fn run(args: &NewArgs) -> Result<Outcome, CliError> {
         }
         Err(source) => Err(CliError::Write { path, source }),
     }
+}
+
+/// Writes all of the file or none: what `replace` replaces is there until then.
+fn write(path: &Path, text: &str, replace: bool) -> io::Result<()> {
+    let create = |path: &Path| {
+        let mut file = OpenOptions::new().write(true).create_new(true).open(path)?;
+        file.write_all(text.as_bytes()).inspect_err(|_| {
+            // The failure that is told of is the one of writing.
+            let _ = fs::remove_file(path);
+        })
+    };
+    if !replace {
+        return create(path);
+    }
+    if fs::metadata(path).is_ok_and(|meta| !meta.is_file()) {
+        return Err(io::Error::other("it is no file"));
+    }
+    let mut unfinished = path.as_os_str().to_owned();
+    unfinished.push(format!(".{}.part", std::process::id()));
+    create(Path::new(&unfinished))?;
+    fs::rename(&unfinished, path).inspect_err(|_| {
+        let _ = fs::remove_file(&unfinished);
+    })
+}
+
+/// A file's name as a shell takes it.
+fn as_argument(file: &str) -> String {
+    let file = if file.starts_with('-') { format!("./{file}") } else { file.to_owned() };
+    let is_plain = |c: char| c.is_alphanumeric() || matches!(c, '/' | '.' | '_' | '-' | '+' | ':' | ',');
+    if file.chars().all(is_plain) || cfg!(windows) { file } else { format!("'{}'", file.replace('\'', r"'\''")) }
 }
 
 /// The file of a scenario's name, `.toml` appended where it is missing.

@@ -1,6 +1,10 @@
 //! Standard output, and numbers for people.
 
+use std::fs;
 use std::io::{self, Write};
+use std::path::Path;
+
+use servosim::limits::is_kept;
 
 use super::CliError;
 
@@ -18,6 +22,17 @@ pub(crate) fn note(text: &str) {
     let _ = writeln!(io::stderr().lock(), "{}", printable(text));
 }
 
+/// Makes the folder that output goes to.
+pub(crate) fn make_folder(folder: &Path) -> Result<(), CliError> {
+    fs::create_dir_all(folder).map_err(|source| match fs::metadata(folder) {
+        Ok(meta) if !meta.is_dir() => CliError::Usage(format!(
+            "cannot write to {}: it is a file, not a folder\nhelp: --output takes a folder; it is made if it is missing",
+            folder.display()
+        )),
+        _ => CliError::Write { path: folder.to_owned(), source },
+    })
+}
+
 /// `text` without control characters (newlines stay): file names may hold any.
 pub(crate) fn printable(text: &str) -> String {
     text.chars().map(|c| if c.is_control() && c != '\n' { '\u{fffd}' } else { c }).collect()
@@ -28,10 +43,10 @@ pub(crate) fn margin(value: f64, limit: f64) -> String {
     let share = 100.0 * (value / limit - 1.0);
     if share.is_infinite() {
         "over without bound".to_owned()
-    } else if value > limit {
+    } else if !is_kept(value, limit) {
         format!("over by {} %", percent(share))
     } else {
-        format!("{} % to spare", percent(-share))
+        format!("{} % to spare", percent((-share).max(0.0)))
     }
 }
 
@@ -97,6 +112,7 @@ mod tests {
         assert_eq!(margin(33.0, 30.0), "over by 10.0 %");
         assert_eq!(margin(27.0, 30.0), "10.0 % to spare");
         assert_eq!(margin(f64::INFINITY, 30.0), "over without bound");
+        assert_eq!(margin(2000.0000000000005, 2000.0), "0 % to spare");
         assert_eq!(margin(30.003, 30.0), "over by 1.0e-2 %");
     }
 }

@@ -1,7 +1,8 @@
 //! `servosim plot`: plots of recordings, one or several laid over each other.
 
-use std::fs;
+use std::io;
 use std::path::{Path, PathBuf};
+use std::sync::atomic::{AtomicBool, Ordering};
 
 use clap::{Args, ValueEnum};
 use servosim::feedrate::{Motion, Profile, optimize_n_c};
@@ -9,7 +10,7 @@ use servosim::recording::{Recording, Servo};
 use servosim::report::{self, PlotSample, RunData, RunFacts};
 use servosim::scenario::Document;
 
-use super::output::note;
+use super::output::{make_folder, note};
 use super::{CliError, Outcome};
 
 /// Most runs that one plot takes.
@@ -62,12 +63,14 @@ pub(crate) fn run(args: &PlotArgs) -> Result<Outcome, CliError> {
     if count > MOST_RUNS {
         return Err(CliError::Usage(format!("{count} recordings are too many for one plot: at most {MOST_RUNS}")));
     }
-    let runs = args.recordings.iter().map(|name| load(&find(name))).collect::<Result<Vec<_>, _>>()?;
+    let files: Vec<PathBuf> = args.recordings.iter().map(|name| find(name)).collect();
+    let mut runs = files.iter().map(|file| load(file, None)).collect::<Result<Vec<_>, _>>()?;
     let stem = match &args.name {
         Some(name) => name.clone(),
         None => runs.iter().map(|run| run.facts().name.as_str()).take(4).collect::<Vec<_>>().join("-vs-"),
     };
-    fs::create_dir_all(&args.output).map_err(|source| CliError::Write { path: args.output.clone(), source })?;
+    tell_apart(&mut runs, &files);
+    make_folder(&args.output)?;
     let written = report::write_all(&runs, &args.output, &stem, args.format.into())?;
     if !args.quiet {
         note(&wrote(&written));
@@ -85,7 +88,8 @@ pub(crate) fn wrote(paths: &[PathBuf]) -> String {
     }
 }
 
-/// The recording that is meant: a file of that name, else `NAME.mcap`, else `output/NAME.mcap`.
+/// The recording that is meant: a file of that name, else `NAME.mcap`, else `output/NAME.mcap`; the name itself where there
+/// is none.
 pub(crate) fn find(name: &Path) -> PathBuf {
     let mut with_ending = name.as_os_str().to_owned();
     with_ending.push(".mcap");
@@ -93,12 +97,33 @@ pub(crate) fn find(name: &Path) -> PathBuf {
     candidates.iter().find(|path| path.is_file()).cloned().unwrap_or_else(|| name.to_owned())
 }
 
+/// Runs of the same name get that of their folder in front: `before/alpha` and `after/alpha`.
+fn tell_apart(runs: &mut [RunData], files: &[PathBuf]) {
+    let names: Vec<String> = runs.iter().map(|run| run.facts().name.clone()).collect();
+    for (i, (run, file)) in runs.iter_mut().zip(files).enumerate() {
+        let is_shared = names.iter().enumerate().any(|(j, name)| j != i && *name == run.facts().name);
+        if is_shared && let Some(folder) = file.parent().and_then(Path::file_name) {
+            let facts = run.facts_mut();
+            facts.name = format!("{}/{}", folder.to_string_lossy(), facts.name);
+        }
+    }
+}
+
 /// Everything of a recording that is drawn.
-pub(crate) fn load(path: &Path) -> Result<RunData, CliError> {
+///
+/// A raised `stop` ends it: a long recording takes seconds to read.
+pub(crate) fn load(path: &Path, stop: Option<&AtomicBool>) -> Result<RunData, CliError> {
     let mut data = RunData::new(RunFacts::default());
+    let is_stopped = || stop.is_some_and(|stop| stop.load(Ordering::Relaxed));
     let recording = Recording::read(path, |servo| {
+        if is_stopped() {
+            return Err(io::ErrorKind::Interrupted.into());
+        }
         data.push(&sample(servo));
         Ok(())
+    })
+    .map_err(|error| {
+        if is_stopped() { CliError::PlotsInterrupted { recording: path.to_owned() } } else { error.into() }
     })?;
     *data.facts_mut() = facts(path, &recording);
     Ok(data)
@@ -161,4 +186,24 @@ fn comparison(scenario: &str) -> Option<(String, Motion)> {
     let phase_s = scenario.motion.phase_s();
     let motion = Motion::plan(length_mm, feed, Profile::Quintic { phase_s }).ok()?;
     Some(("plain quintic".to_owned(), motion))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn reading_for_plots_can_be_stopped() {
+        let folder = tempfile::tempdir().unwrap();
+        let file = folder.path().join("a.mcap");
+        let scenario = servosim::scenario::Scenario::builtin("alpha").unwrap();
+        let mut summary = scenario.summary_observer();
+        let facts = servosim::recording::Facts::new("a", &scenario.source);
+        let mut recorder = servosim::recording::Recorder::create(&file, facts).unwrap();
+        scenario.run(&mut [&mut summary, &mut recorder]).unwrap();
+        recorder.finish(&summary.summary()).unwrap();
+        assert!(load(&file, Some(&AtomicBool::new(false))).is_ok());
+        let error = load(&file, Some(&AtomicBool::new(true))).err().unwrap();
+        assert!(error.to_string().contains("a.mcap is whole"), "{error}");
+    }
 }

@@ -1,7 +1,6 @@
 //! `servosim run`: runs a scenario, records it, plots it and prints its figures.
 
-use std::fs;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 
@@ -12,7 +11,7 @@ use servosim::scenario::Document;
 use servosim::simulation::{Ending, Observer};
 use servosim::summary::Summary;
 
-use super::output::{note, print};
+use super::output::{make_folder, note, print, short};
 use super::progress::Progress;
 use super::{CliError, Outcome, is_watched, plot, table};
 
@@ -41,7 +40,7 @@ pub(crate) struct RunArgs {
     /// What to print: a table, or the summary as one JSON object and nothing else
     #[arg(long, value_enum, default_value = "table")]
     format: Format,
-    /// Print no table, no progress and no notes: only errors, and the JSON if asked for
+    /// Print no table, no progress and no notes: only errors, broken limits, and the JSON if asked for
     #[arg(long, short)]
     quiet: bool,
 }
@@ -69,6 +68,12 @@ enum Format {
     Json,
 }
 
+/// What a control period takes in a recording, about.
+const BYTES_A_SAMPLE: u64 = 311;
+
+/// From this size on a recording is told of before it is written \[bytes\].
+const WORTH_A_WARNING: u64 = 1_000_000_000;
+
 /// Runs the scenario.
 pub(crate) fn run(args: &RunArgs) -> Result<Outcome, CliError> {
     let mut document = Document::find(&args.scenario)?;
@@ -77,8 +82,18 @@ pub(crate) fn run(args: &RunArgs) -> Result<Outcome, CliError> {
     }
     let scenario = document.scenario()?;
     let stop = stop_flag();
-    fs::create_dir_all(&args.output).map_err(|source| CliError::Write { path: args.output.clone(), source })?;
+    make_folder(&args.output)?;
 
+    let simulation = scenario.simulation()?;
+    let bytes = simulation.samples().saturating_mul(BYTES_A_SAMPLE);
+    if !args.quiet && bytes >= WORTH_A_WARNING {
+        note(&format!(
+            "note: {} samples make a recording of about {} GB in {}; Ctrl-C ends the run",
+            simulation.samples(),
+            short(bytes as f64 / 1e9, 2),
+            args.output.display()
+        ));
+    }
     let path = args.output.join(format!("{}.mcap", scenario.name));
     let replaces = path.is_file();
     let mut recorder = Recorder::create(&path, Facts::new(&scenario.name, &scenario.source))?;
@@ -86,7 +101,7 @@ pub(crate) fn run(args: &RunArgs) -> Result<Outcome, CliError> {
     let mut figures = scenario.summary_observer().with_recording(name);
     let mut progress = Progress::new(!args.quiet && is_watched());
     let mut observers: Vec<&mut dyn Observer<2>> = vec![&mut figures, &mut recorder, &mut progress];
-    let ending = scenario.simulation()?.run(&scenario.limits, Some(&stop), &mut observers)?;
+    let ending = simulation.run(&scenario.limits, Some(&stop), &mut observers)?;
     progress.finish();
     let summary = figures.summary();
     let show = || match args.format {
@@ -102,17 +117,30 @@ pub(crate) fn run(args: &RunArgs) -> Result<Outcome, CliError> {
     }
     recorder.finish(&summary)?;
     let mut written = vec![path];
-    if let Some(format) = args.plots.format() {
-        // Drawn from the recording, as `servosim plot` does: what is seen is what was recorded.
-        let data = plot::load(&written[0])?;
-        written.extend(report::write_all(&[data], &args.output, &scenario.name, format)?);
-    }
+    let plots = plots(args, &scenario.name, &written[0], &stop);
+    // Figures and recording are there whatever becomes of the plots.
     show()?;
+    let plots = plots.map(|files| written.extend(files));
     if !args.quiet {
         let replaced = if replaces { " (the recording of an earlier run was replaced)" } else { "" };
         note(&format!("{}{replaced}", plot::wrote(&written)));
     }
-    Ok(if summary.passed() { Outcome::Fine } else { Outcome::Broken })
+    plots?;
+    if summary.passed() {
+        return Ok(Outcome::Fine);
+    }
+    if args.quiet || args.format == Format::Json {
+        // Without the table nothing else tells a person why the exit code is not 0.
+        note(&table::failures(&summary));
+    }
+    Ok(Outcome::Broken)
+}
+
+/// Draws the plots of the recording, as `servosim plot` does: what is seen is what was recorded.
+fn plots(args: &RunArgs, name: &str, recording: &Path, stop: &AtomicBool) -> Result<Vec<PathBuf>, CliError> {
+    let Some(format) = args.plots.format() else { return Ok(Vec::new()) };
+    let data = plot::load(recording, Some(stop))?;
+    Ok(report::write_all(&[data], &args.output, name, format)?)
 }
 
 fn json(summary: &Summary) -> Result<String, CliError> {

@@ -17,9 +17,23 @@ pub(crate) fn table(summary: &Summary) -> String {
     limits(&mut out, summary);
     if let Some(lockup) = &summary.lockup {
         // Writing to a string does not fail.
-        let _ = writeln!(out, "\nLOCKED UP: {lockup}");
+        let _ = writeln!(out, "\n  {}", lockup.replacen("locked up", "LOCKED UP", 1));
     }
     out
+}
+
+/// One line for every limit that was broken and for a lock-up, where there is no table to tell.
+pub(crate) fn failures(summary: &Summary) -> String {
+    let broken = summary.limits.iter().filter(|check| !check.kept).map(|check| {
+        format!(
+            "limit {} broken: {} of {}, {}",
+            check.name,
+            figure(check.value, 5),
+            short(check.limit, 5),
+            margin(check.value, check.limit)
+        )
+    });
+    broken.chain(summary.lockup.clone()).collect::<Vec<_>>().join("\n")
 }
 
 /// What was asked for.

@@ -19,6 +19,9 @@ use crate::simulation::SimulationError;
 /// Characters that a name may not hold: it becomes the name of files.
 const NOT_IN_NAMES: &[char] = &['/', '\\', ':', '*', '?', '"', '<', '>', '|'];
 
+/// Longest name, in characters and in bytes: file systems take 255 bytes, with `-feedrate.svg` and the like behind it.
+const MOST_NAME: (usize, usize) = (100, 200);
+
 /// Length of the path that a feedrate is tried on while the real path is not known \[mm\].
 const ANY_LENGTH_MM: f64 = 1000.0;
 
@@ -69,12 +72,24 @@ fn whole(error: &SimulationError, raw: &RawScenario) -> Diagnostic {
 }
 
 fn name(raw: Option<&Spanned<String>>, default_name: &str, problems: &mut Problems) -> String {
-    let Some(raw) = raw else { return default_name.to_owned() };
+    let too_long = |name: &str| name.chars().count() > MOST_NAME.0 || name.len() > MOST_NAME.1;
+    let Some(raw) = raw else {
+        // The name of a file that exists: only what its output files could not be called is refused.
+        if too_long(default_name) || default_name.chars().any(char::is_control) {
+            problems.push(
+                Diagnostic::new(
+                    "the file's name cannot be that of the output files: it is too long or has control characters",
+                )
+                .help("give the scenario a name of its own, at the top of the file or with --set: name = \"short\""),
+            );
+        }
+        return default_name.to_owned();
+    };
     let name = raw.get_ref();
     let wrong = if name.trim().is_empty() {
         Some("it is empty")
-    } else if name.chars().count() > 100 {
-        Some("it is longer than 100 characters")
+    } else if too_long(name) {
+        Some("it is longer than 100 characters (or 200 bytes)")
     } else if name.chars().any(char::is_control) || name.contains(NOT_IN_NAMES) || name.starts_with('.') {
         Some("it has a character that a file name should not have")
     } else {
@@ -163,12 +178,20 @@ fn feedrate(raw: &RawFeedrate, length_mm: f64, problems: &mut Problems) -> Optio
         }
     };
     let place = exponent.map(Spanned::span).or(phase.map(Spanned::span)).unwrap_or(raw.feed_mm_s.span());
+    // Only a trapezoidal feed has an infinite jerk.
+    let is_too_quick = |motion: &Motion| {
+        let peaks = motion.peaks();
+        let has_jerk = !matches!(profile, Profile::Linear { .. });
+        !peaks.accel_mm_s2.is_finite() || peaks.jerk_mm_s3.is_nan() || has_jerk && peaks.jerk_mm_s3.is_infinite()
+    };
     match Motion::plan(length_mm, feed_mm_s, profile) {
         Err(error) => problems.push(of_feedrate(&error, place)),
-        Ok(motion) if !motion.peaks().accel_mm_s2.is_finite() || motion.peaks().jerk_mm_s3.is_nan() => problems.push(
-            Diagnostic::new("the acceleration is too large for a number: the feed is reached in too short a time")
-                .at(place)
-                .help("raise phase_s (0.1 is usual) or lower feed_mm_s"),
+        Ok(motion) if is_too_quick(&motion) => problems.push(
+            Diagnostic::new(
+                "the acceleration or jerk is too large for a number: the feed is reached in too short a time",
+            )
+            .at(place)
+            .help("raise phase_s (0.1 is usual) or lower feed_mm_s"),
         ),
         Ok(motion) => return Some((motion, profile, search)),
     }

@@ -1,6 +1,6 @@
 //! Problems of a scenario, shown with the line that they are on.
 
-use std::fmt;
+use std::fmt::{self, Write as _};
 use std::ops::Range;
 
 use annotate_snippets::{AnnotationKind, Group, Level, Origin, Renderer, Snippet};
@@ -28,7 +28,13 @@ pub struct Diagnostic {
 
 impl Diagnostic {
     pub(super) fn new(message: impl Into<String>) -> Self {
-        Self { message: message.into(), span: None, label: String::new(), notes: Vec::new(), help: Vec::new() }
+        Self {
+            message: readable_numbers(&message.into()),
+            span: None,
+            label: String::new(),
+            notes: Vec::new(),
+            help: Vec::new(),
+        }
     }
 
     pub(super) fn at(mut self, span: Range<usize>) -> Self {
@@ -257,6 +263,27 @@ pub(super) fn brief(text: &str) -> String {
     printable(&out)
 }
 
+/// `text` with every number of more than 20 digits written with an exponent: 1e300 rather than 1 and 300 zeros.
+fn readable_numbers(text: &str) -> String {
+    const MOST: usize = 20;
+    let is_number = |c: char| c.is_ascii_digit() || c == '.';
+    let mut out = String::with_capacity(text.len());
+    let mut rest = text;
+    while let Some(start) = rest.find(is_number) {
+        let (before, from) = rest.split_at(start);
+        let (number, after) = from.split_at(from.find(|c| !is_number(c)).unwrap_or(from.len()));
+        out.push_str(before);
+        let _ = match number.parse::<f64>() {
+            // Writing to a string does not fail.
+            Ok(value) if number.len() > MOST => write!(out, "{value:e}"),
+            _ => out.write_str(number),
+        };
+        rest = after;
+    }
+    out.push_str(rest);
+    out
+}
+
 /// The candidate that `name` was probably meant to be.
 pub(super) fn nearest<'a>(name: &str, candidates: impl IntoIterator<Item = &'a str>) -> Option<&'a str> {
     let name: String = name.chars().take(100).collect::<String>().to_lowercase();
@@ -302,6 +329,15 @@ mod tests {
         let error = ScenarioError::new("x", "µ = 'é'\r\nzwei = 2", vec![]);
         assert_eq!(error.line_column(5), (1, 5));
         assert_eq!(error.line_column("µ = 'é'\r\nzwei".len()), (2, 5));
+    }
+
+    #[test]
+    fn long_numbers_are_written_with_an_exponent() {
+        let long = |value: f64| Diagnostic::new(format!("x = {value}, at most 1e9.")).message;
+        assert_eq!(long(1e300), "x = 1e300, at most 1e9.");
+        assert_eq!(long(-1e-300), "x = -1e-300, at most 1e9.");
+        assert_eq!(long(-12.5), "x = -12.5, at most 1e9.");
+        assert_eq!(long(9_223_372_036_854_775_807.0), "x = 9223372036854776000, at most 1e9.");
     }
 
     #[test]

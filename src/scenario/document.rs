@@ -112,6 +112,11 @@ impl Document {
             Ok(text) => return Ok(Err(ScenarioError::new(origin, &*text, vec![guard::too_long(&text)]))),
             Err(error) => {
                 let good = error.utf8_error().valid_up_to();
+                let help = if matches!(error.as_bytes(), [0xff, 0xfe, ..] | [0xfe, 0xff, ..]) {
+                    "this is UTF-16, as Windows writes it: save the file as UTF-8"
+                } else {
+                    "save the file as UTF-8; is it a scenario at all?"
+                };
                 let text = String::from_utf8_lossy(error.as_bytes());
                 let problem = if is_too_long {
                     guard::too_long(&text)
@@ -119,7 +124,7 @@ impl Document {
                     Diagnostic::new(format!("the file is not UTF-8 text: byte {} does not belong in it", good + 1))
                         .at(good..good + '\u{fffd}'.len_utf8())
                         .label("the first such byte")
-                        .help("save the file as UTF-8; is it a scenario at all?")
+                        .help(help)
                 };
                 return Ok(Err(ScenarioError::new(origin, text, vec![problem])));
             }

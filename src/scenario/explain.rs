@@ -47,6 +47,12 @@ pub(super) fn syntax(error: &toml::de::Error, text: &str) -> Diagnostic {
             message = "this is not a TOML value";
             help = "numbers look like 0.001 or 1e-3 (decimal point, no unit), text is in \"quotes\", points are [x, y]";
         }
+    } else if is_decimal_comma(text, span.start) {
+        message = "a comma in a number";
+        help = "write decimals with a point: 97.38, not 97,38";
+    } else if message.contains("number overflowed") {
+        message = "a whole number beyond 64 bits";
+        help = "write big numbers with an exponent, such as 1e20";
     } else if message.starts_with("duplicate key") {
         help = "remove one of the two: a key or table may be given once";
     } else if message.starts_with("key with no value") {
@@ -55,6 +61,34 @@ pub(super) fn syntax(error: &toml::de::Error, text: &str) -> Diagnostic {
         help = "a string starts and ends with a quote on the same line; control characters are written as \\u001b";
     }
     Diagnostic::new(format!("not valid TOML: {}", brief_message(message))).at(span).help(help)
+}
+
+/// Whether the text from `at` on starts with the comma of a number like `97,38`.
+fn is_decimal_comma(text: &str, at: usize) -> bool {
+    let is_digit = |c: char| c.is_ascii_digit();
+    let (Some(before), Some(after)) = (text.get(..at), text.get(at..)) else { return false };
+    // A value, not an item of a list.
+    let line = before.rsplit('\n').next().unwrap_or_default();
+    let is_item = line.matches(['[', '{']).count() > line.matches([']', '}']).count();
+    before.ends_with(is_digit) && after.strip_prefix(',').is_some_and(|rest| rest.starts_with(is_digit)) && !is_item
+}
+
+/// What to do about a value of `--set` that is not TOML.
+pub(super) fn help_for_value(value: &str, message: &str) -> &'static str {
+    let is_decimal = value.split_once(',').is_some_and(|(whole, decimals)| {
+        whole.trim_start_matches(['+', '-']).chars().all(|c| c.is_ascii_digit())
+            && !decimals.is_empty()
+            && decimals.chars().all(|c| c.is_ascii_digit())
+    });
+    if is_decimal {
+        "write decimals with a point: 97.38, not 97,38"
+    } else if message.contains("number overflowed") {
+        "write big numbers with an exponent, such as 1e20"
+    } else if value.starts_with(|c: char| c.is_ascii_digit() || matches!(c, '+' | '-' | '.')) {
+        "numbers look like 0.001 or 1e-3: decimal point, no unit"
+    } else {
+        "put quotes around text (within the shell's own: --set 'name=\"a, b\"'), lists in [brackets]"
+    }
 }
 
 /// A library's message, which may quote a part of the text.
@@ -90,10 +124,16 @@ pub(super) fn structure(error: &toml::de::Error, text: &str) -> Diagnostic {
     let span = error.span().unwrap_or(0..0);
     let message = error.message();
     let place = place_of(text, &span);
-    let within = || if place.is_empty() { "the scenario".to_owned() } else { format!("[{}]", place.join(".")) };
+    let within =
+        |place: &[String]| if place.is_empty() { "the scenario".to_owned() } else { format!("[{}]", place.join(".")) };
 
     if let Some((name, expected)) = unknown(message, "unknown field `") {
-        return unknown_key(name, &expected, &within()).at(span);
+        // In a header such as [axes.z] the unknown key is the last part of the place itself.
+        let place = match place.split_last() {
+            Some((last, way)) if last == name => way,
+            _ => place.as_slice(),
+        };
+        return unknown_key(name, &expected, &within(place)).at(span);
     }
     if let Some((name, expected)) = unknown(message, "unknown variant `") {
         let holder = place.last().map_or("this", String::as_str);
@@ -101,7 +141,7 @@ pub(super) fn structure(error: &toml::de::Error, text: &str) -> Diagnostic {
         return suggest(problem, name, &expected).at(span).help(format!("known here: {}", list(&expected)));
     }
     if let Some(name) = message.strip_prefix("missing field `").and_then(|rest| rest.strip_suffix('`')) {
-        let problem = Diagnostic::new(format!("`{name}` is missing in {}", within())).at(span);
+        let problem = Diagnostic::new(format!("`{name}` is missing in {}", within(&place))).at(span);
         return missing_key(problem, name, &place);
     }
     if message.starts_with("wanted exactly 1 element") {
@@ -114,7 +154,7 @@ pub(super) fn structure(error: &toml::de::Error, text: &str) -> Diagnostic {
                 format!("add one, such as [{}.{}]", place.join("."), variants.first().map_or("…", String::as_str)),
             )
         };
-        return Diagnostic::new(format!("{} holds {how} {}", within(), list(&variants))).at(span).help(help);
+        return Diagnostic::new(format!("{} holds {how} {}", within(&place), list(&variants))).at(span).help(help);
     }
     if message.starts_with("invalid type: unit variant") || message == "wanted string or table" {
         let variants = variants_of(&place);
@@ -162,6 +202,10 @@ fn wrong_type(message: &str, key: &str) -> Diagnostic {
     if message.contains("number overflowed") {
         return Diagnostic::new(format!("{key}is too big for a number"))
             .help("numbers are 64-bit floating point: at most about 1.8e308");
+    }
+    if message.contains("` as i128, ") || message.contains("` as u128, ") {
+        return Diagnostic::new(format!("{key}is a whole number beyond 64 bits"))
+            .help("write big numbers with an exponent, such as 1e20");
     }
     let Some((found, needed)) = message.rsplit_once(", expected ") else {
         return Diagnostic::new(brief(message)).help("`servosim schema` lists every key with its type");

@@ -44,7 +44,7 @@ impl Override {
                     "`--set {shown}`: the value is not TOML: {}",
                     brief(error.message())
                 ))
-                .help("put quotes around text (within the shell's own: --set 'name=\"a, b\"'), lists in [brackets]"));
+                .help(super::explain::help_for_value(value, error.message())));
             }
         };
         Ok(Self { given: given.to_owned(), path: path.iter().map(|key| key.get().to_owned()).collect(), value })

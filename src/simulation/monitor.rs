@@ -1,7 +1,7 @@
 //! What happens during a run that a person should hear of.
 
 use super::Period;
-use crate::limits::{Event, Limits};
+use crate::limits::{Event, Limits, is_kept};
 use crate::servo::{LockupWatch, LoopSettings};
 
 /// Turns periods into events.
@@ -58,7 +58,7 @@ impl<const A: usize> Monitor<A> {
         ];
         for ((name, value, limit), passed) in values.into_iter().zip(&mut self.passed) {
             if let Some(limit) = limit
-                && value > limit
+                && !is_kept(value, limit)
                 && !*passed
             {
                 *passed = true;
