@@ -46,8 +46,10 @@ pub struct Interpolator<'a, const D: usize> {
 }
 
 impl<'a, const D: usize> Interpolator<'a, D> {
-    /// Setpoints every `period_s` (positive, finite) along `path` with `motion`.
+    /// Setpoints every `period_s` \[s\] along `path` with `motion`. Where the period is not a positive finite number the stream
+    /// is the first setpoint alone ([`Simulation::new`](crate::simulation::Simulation::new) refuses such a period).
     pub fn new(path: &'a dyn Path<D>, motion: &Motion, period_s: f64) -> Self {
+        let period_s = if period_s > 0.0 && period_s.is_finite() { period_s } else { 0.0 };
         let end = periods(motion.total_s(), period_s);
         Self { path, motion: *motion, period_s, next: 0, end, cursor: Cursor::default() }
     }
@@ -62,7 +64,8 @@ impl<'a, const D: usize> Interpolator<'a, D> {
     #[inline]
     pub fn setpoint(&mut self, k: u64) -> Setpoint<D> {
         let time_s = k as f64 * self.period_s;
-        let m = self.motion.at(time_s);
+        // A remainder of rounding size is no further period: the last setpoint stands on the end all the same.
+        let m = self.motion.at(if k >= self.end && self.end > 0 { f64::INFINITY } else { time_s });
         let frame = self.path.frame(m.s_mm, &mut self.cursor);
         let (v, a) = (m.feed_mm_s, m.accel_mm_s2);
         Setpoint {
@@ -94,14 +97,13 @@ impl<const D: usize> Iterator for Interpolator<'_, D> {
     }
 
     fn size_hint(&self) -> (usize, Option<usize>) {
-        let left = usize::try_from((self.end + 1).saturating_sub(self.next)).ok();
+        let left = usize::try_from(self.end.saturating_add(1).saturating_sub(self.next)).ok();
         (left.unwrap_or(usize::MAX), left)
     }
 }
 
-/// The fewest periods that cover `time_s`; a remainder of rounding size is none.
+/// The fewest periods that cover `time_s`; a remainder of rounding size is none. Of a period of 0 (no period) none.
 #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss)] // a float cast saturates
 pub(crate) fn periods(time_s: f64, period_s: f64) -> u64 {
-    let exact = time_s / period_s;
-    (exact - 1e-9 * exact.max(1.0)).ceil().max(0.0) as u64
+    if period_s > 0.0 { (time_s / period_s * (1.0 - 1e-12)).ceil() as u64 } else { 0 }
 }

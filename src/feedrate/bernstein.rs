@@ -1,7 +1,7 @@
 //! Bernstein feedrate `V(τ) = Σ V_k b_k^n(τ)` of degree 1, 3 and 5 with general end conditions.
 
 use super::phase::MotionSample;
-use super::{FeedrateError, positive};
+use super::{FeedrateError, bounded, positive};
 
 /// Feed, acceleration and jerk at one end of a phase.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
@@ -18,6 +18,13 @@ impl FeedState {
     /// Steady motion at this feed.
     pub fn steady(feed_mm_s: f64) -> Self {
         Self { feed_mm_s, ..Self::default() }
+    }
+
+    fn check(&self) -> Result<(), FeedrateError> {
+        bounded("feed_mm_s", self.feed_mm_s)?;
+        bounded("accel_mm_s2", self.accel_mm_s2)?;
+        bounded("jerk_mm_s3", self.jerk_mm_s3)?;
+        Ok(())
     }
 }
 
@@ -45,9 +52,11 @@ impl BernsteinPhase {
     /// `a = 1.875 V_f/T` and `j = (10/√3) V_f/T²`.
     ///
     /// # Errors
-    /// `duration_s` not positive and finite.
+    /// `duration_s` not between 1e-9 and 1e9, a state that is not finite.
     pub fn quintic(start: FeedState, end: FeedState, duration_s: f64) -> Result<Self, FeedrateError> {
         let t = positive("phase_s", duration_s)?;
+        start.check()?;
+        end.check()?;
         let feed = [
             start.feed_mm_s,
             start.feed_mm_s + t * start.accel_mm_s2 / 5.0,
@@ -62,9 +71,11 @@ impl BernsteinPhase {
     /// Degree 3 from velocity and acceleration at both ends (the jerks in the states are not used).
     ///
     /// # Errors
-    /// `duration_s` not positive and finite.
+    /// `duration_s` not between 1e-9 and 1e9, a state that is not finite.
     pub fn cubic(start: FeedState, end: FeedState, duration_s: f64) -> Result<Self, FeedrateError> {
         let t = positive("phase_s", duration_s)?;
+        start.check()?;
+        end.check()?;
         let c = [
             start.feed_mm_s,
             start.feed_mm_s + t * start.accel_mm_s2 / 3.0,
@@ -85,9 +96,11 @@ impl BernsteinPhase {
     /// Degree 1 from the velocity at both ends: constant acceleration, which jumps at both ends.
     ///
     /// # Errors
-    /// `duration_s` not positive and finite.
+    /// `duration_s` not between 1e-9 and 1e9, a feed that is not finite.
     pub fn linear(start_mm_s: f64, end_mm_s: f64, duration_s: f64) -> Result<Self, FeedrateError> {
         let t = positive("phase_s", duration_s)?;
+        bounded("feed_mm_s", start_mm_s)?;
+        bounded("feed_mm_s", end_mm_s)?;
         let feed = std::array::from_fn(|k| start_mm_s + (end_mm_s - start_mm_s) * (k as f64 / 5.0));
         Ok(Self { duration_s: t, feed, jumps: start_mm_s != end_mm_s })
     }

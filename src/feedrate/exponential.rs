@@ -48,7 +48,7 @@ impl ExponentialPhase {
     /// From rest to `feed_mm_s` in `duration_s` with exponent `n_c`.
     ///
     /// # Errors
-    /// Feed or duration not positive and finite, `n_c` outside [`N_C_RANGE`].
+    /// Feed or duration not between 1e-9 and 1e9, `n_c` outside [`N_C_RANGE`].
     pub fn new(feed_mm_s: f64, duration_s: f64, n_c: f64) -> Result<Self, FeedrateError> {
         Self::scaled(feed_mm_s, duration_s, n_c, 1.0)
     }

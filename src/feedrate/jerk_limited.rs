@@ -19,14 +19,19 @@ impl JerkLimitedPhase {
     /// From rest to `feed_mm_s` within `accel_mm_s2` and `jerk_mm_s3`.
     ///
     /// # Errors
-    /// Any of the three not positive and finite.
+    /// Any of the three not between 1e-9 and 1e9.
     pub fn new(feed_mm_s: f64, accel_mm_s2: f64, jerk_mm_s3: f64) -> Result<Self, FeedrateError> {
         let feed = positive("feed_mm_s", feed_mm_s)?;
         let accel = positive("accel_mm_s2", accel_mm_s2)?;
         let jerk = positive("jerk_mm_s3", jerk_mm_s3)?;
+        Ok(Self::checked(feed, accel, jerk))
+    }
+
+    /// [`JerkLimitedPhase::new`] of values that are known to be in range.
+    pub(super) fn checked(feed: f64, accel: f64, jerk: f64) -> Self {
         let jerk_s = (accel / jerk).min((feed / jerk).sqrt());
         let steady_s = (feed / (jerk * jerk_s) - jerk_s).max(0.0);
-        Ok(Self { feed_mm_s: feed, jerk_mm_s3: jerk, jerk_s, steady_s })
+        Self { feed_mm_s: feed, jerk_mm_s3: jerk, jerk_s, steady_s }
     }
 
     /// The highest feed from which a motion of `length_mm` can still stop (reached in its middle), at most `feed_mm_s`.

@@ -53,11 +53,20 @@ pub enum FeedrateError {
     },
 }
 
-/// `value` if it is positive, finite and at most `1e9`.
+/// `value` if it lies between 1e-9 and 1e9: quotients and powers of such values neither overflow nor vanish.
 fn positive(name: &'static str, value: f64) -> Result<f64, FeedrateError> {
-    if value > 0.0 && value <= 1e9 {
+    if (1e-9..=1e9).contains(&value) {
         Ok(value)
     } else {
-        Err(FeedrateError::OutOfRange { name, value, needed: "a positive finite number, at most 1e9" })
+        Err(FeedrateError::OutOfRange { name, value, needed: "a positive number, from 1e-9 to 1e9" })
+    }
+}
+
+/// `value` if it is finite and of a size that a motion can have.
+fn bounded(name: &'static str, value: f64) -> Result<f64, FeedrateError> {
+    if value.abs() <= 1e18 {
+        Ok(value)
+    } else {
+        Err(FeedrateError::OutOfRange { name, value, needed: "a finite number, at most 1e18 either side" })
     }
 }

@@ -57,7 +57,7 @@ impl Motion {
     /// Plans a motion along `length_mm` at `feed_mm_s`.
     ///
     /// # Errors
-    /// A value that is not positive and finite, `n_c` out of range, or a modification so strong that the acceleration
+    /// A value that is not between 1e-9 and 1e9, `n_c` out of range, or a modification so strong that the acceleration
     /// changes its sign ([`FeedrateError::NotMonotone`]).
     pub fn plan(length_mm: f64, feed_mm_s: f64, profile: Profile) -> Result<Self, FeedrateError> {
         let length = positive("length_mm", length_mm)?;
@@ -81,13 +81,16 @@ impl Motion {
                 let accel = positive("accel_mm_s2", accel_mm_s2)?;
                 let jerk = positive("jerk_mm_s3", jerk_mm_s3)?;
                 let feed = JerkLimitedPhase::highest_feed_mm_s(length, wanted, accel, jerk);
-                Phase::JerkLimited(JerkLimitedPhase::new(feed, accel, jerk)?)
+                Phase::JerkLimited(JerkLimitedPhase::checked(feed, accel, jerk))
             }
         };
         if let Profile::Exponential { phase_s, n_c } = profile {
-            let accel_mm_s2 = accelerate.lowest_accel_mm_s2();
+            // A short path scales the whole phase down: it is judged at its full size.
+            let full = Phase::Exponential(ExponentialPhase::new(wanted, phase_s, n_c)?);
+            let accel_mm_s2 = full.lowest_accel_mm_s2();
             // The modification leaves a trace of negative acceleration at the ends: jerk -2 n_c/T there, from A = 1 mm/s².
-            if accel_mm_s2 < -1e-3 * wanted / phase_s - 2.0 {
+            let mean = wanted / phase_s;
+            if accel_mm_s2 < -(1e-3 * mean + 2.0).min(0.05 * mean) {
                 return Err(FeedrateError::NotMonotone { n_c, feed_mm_s, phase_s, accel_mm_s2 });
             }
         }

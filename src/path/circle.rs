@@ -33,7 +33,8 @@ impl Circle {
     }
 
     fn at(&self, s_mm: f64, cursor: &mut Cursor) -> Frame<2> {
-        let s_mm = s_mm.clamp(0.0, self.length_mm());
+        // In this order a NaN becomes 0.
+        let s_mm = s_mm.max(0.0).min(self.length_mm());
         *cursor = Cursor::at(0, s_mm / self.length_mm());
         let (sin, cos) = libm::sincos(self.start_rad + self.turn * s_mm / self.radius);
         let out = Vector2::new(cos, sin);

@@ -28,7 +28,8 @@ impl<const D: usize> Line<D> {
     }
 
     fn at(&self, s_mm: f64, cursor: &mut Cursor) -> Frame<D> {
-        let s_mm = s_mm.clamp(0.0, self.length);
+        // In this order a NaN becomes 0.
+        let s_mm = s_mm.max(0.0).min(self.length);
         *cursor = Cursor::at(0, s_mm / self.length);
         // Counted from the nearer end, so that the line ends exactly on its last point.
         let point_mm = if cursor.xi < 0.5 {

@@ -19,6 +19,7 @@ mod ph_segment;
 mod ph_solver;
 mod ph_spline;
 mod quadrature;
+mod range_maximum;
 
 use nalgebra::SVector;
 
@@ -121,7 +122,7 @@ pub trait Path<const D: usize>: Send + Sync {
     /// Whether the end is the start: arc lengths are then taken modulo the length by [`Path::nearest_local`].
     fn is_closed(&self) -> bool;
 
-    /// Point and derivatives at arc length `s_mm`, clamped to `[0, length]`. `cursor` is where the search starts and, on
+    /// Point and derivatives at arc length `s_mm`, clamped to `[0, length]` (NaN: the start). `cursor` is where the search starts and, on
     /// return, where it ended.
     fn frame(&self, s_mm: f64, cursor: &mut Cursor) -> Frame<D>;
 
@@ -140,6 +141,8 @@ pub trait Path<const D: usize>: Send + Sync {
 
     /// Follows the distance to `point_mm` downhill from `cursor` to the nearest local minimum, where `(r - p)·r' = 0`. An
     /// open path stops at its ends, a closed one runs on through its seam. The point is that of the minimum within 1e-10 mm.
+    /// A start where the distance is stationary stays there. The number of steps is bounded: very far from its foot on a very
+    /// uneven path the search may end early, which `(r - p)·t ≠ 0` tells ([`nearest_in_window`] looks).
     fn nearest_local(&self, point_mm: &SVector<f64, D>, cursor: &mut Cursor) -> Foot<D>;
 }
 

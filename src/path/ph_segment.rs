@@ -181,7 +181,8 @@ impl Segment {
     #[inline]
     pub(super) fn solve_length(&self, length_mm: f64, xi: f64) -> f64 {
         let (mut low, mut high) = (0.0, 1.0);
-        let mut xi = xi.clamp(0.0, 1.0);
+        // In this order a NaN becomes 0.
+        let mut xi = xi.max(0.0).min(1.0);
         for _ in 0..60 {
             let miss = self.arc_length(xi) - length_mm;
             if miss < 0.0 {

@@ -4,6 +4,7 @@ use nalgebra::{SVector, Vector2};
 
 use super::bspline::{Ends, NodalPoints};
 use super::ph_segment::{Point, Segment, complex};
+use super::range_maximum::RangeMaximum;
 use super::{Cursor, Foot, Frame, Path, PathError, ph_solver};
 
 /// A planar spline with continuous position, first and second derivative, whose arc length is a polynomial.
@@ -37,7 +38,7 @@ pub struct PhSpline {
     /// Arc length at the nodal points, from 0 to the whole length \[mm\].
     nodes_mm: Vec<f64>,
     closed: bool,
-    max_curvature: f64,
+    curvature: RangeMaximum,
 }
 
 impl PhSpline {
@@ -82,9 +83,9 @@ impl PhSpline {
             segments.push(segment);
             nodes_mm.push(length);
         }
-        let max_curvature = segments.iter().map(Segment::max_curvature).fold(0.0, f64::max);
+        let curvature = RangeMaximum::new(segments.iter().map(Segment::max_curvature));
         let closed = nodal.ends == Ends::Closed;
-        let spline = Self { nodal: nodal.points, preimage: z, segments, nodes_mm, closed, max_curvature };
+        let spline = Self { nodal: nodal.points, preimage: z, segments, nodes_mm, closed, curvature };
         spline.check_turning()?;
         Ok(spline)
     }
@@ -200,11 +201,11 @@ impl Path<2> for PhSpline {
         let inner = &self.nodes_mm[1..=last];
         let first = inner.partition_point(|&node| node < from_mm);
         let end = inner.partition_point(|&node| node <= to_mm);
-        self.segments[first..=end.max(first)].iter().map(Segment::max_curvature).fold(0.0, f64::max)
+        self.curvature.of(first, end.max(first))
     }
 
     fn max_curvature_1_mm(&self) -> f64 {
-        self.max_curvature
+        self.curvature.of_all()
     }
 
     fn nearest_local(&self, point_mm: &SVector<f64, 2>, cursor: &mut Cursor) -> Foot<2> {
@@ -213,13 +214,24 @@ impl Path<2> for PhSpline {
         const LAST_STEP_MM: f64 = 1e-11;
         let target = complex(point_mm);
         let segment = cursor.segment.min(self.segments.len() - 1);
-        let mut at = Cursor::at(segment, cursor.expected().clamp(0.0, 1.0));
+        // In this order a NaN becomes 0.
+        let mut at = Cursor::at(segment, cursor.expected().max(0.0).min(1.0));
         let mut here = self.segments[at.segment].slope(at.xi, target);
         for _ in 0..200 {
             // Newton where the distance is convex, else downhill by the length that a straight path would need.
             let speed_square = here.speed * here.speed;
             let curved = if here.second > 0.1 * speed_square { here.second } else { speed_square };
-            let mut step = (-here.first / curved).clamp(-0.5, 0.5);
+            let wanted = -here.first / curved;
+            if wanted.abs() > 1.0
+                && let Some(next) = self.leap(at, wanted * here.speed)
+            {
+                let there = self.segments[next.segment].slope(next.xi, target);
+                if there.half_square < here.half_square {
+                    (at, here) = (next, there);
+                    continue;
+                }
+            }
+            let mut step = wanted.clamp(-0.5, 0.5);
             if !(step * step * here.speed >= LAST_STEP_MM) {
                 at = self.moved(at, step, here.speed);
                 break;
@@ -244,6 +256,27 @@ impl Path<2> for PhSpline {
 }
 
 impl PhSpline {
+    /// `at` moved by `wanted_mm` of arc length or as far as the path turns by less than half a radian, where that leads
+    /// beyond the neighbouring segment: on segments that are short beside the way to go, steps in `ξ` would be many.
+    fn leap(&self, at: Cursor, wanted_mm: f64) -> Option<Cursor> {
+        let own = &self.nodes_mm[at.segment..at.segment + 2];
+        let least = 2.0 * (own[1] - own[0]);
+        if !(wanted_mm.abs() > least) {
+            return None;
+        }
+        let s = own[0] + self.segments[at.segment].arc_length(at.xi);
+        let mut end = (s + wanted_mm).clamp(0.0, self.length_mm());
+        while (end - s).abs() * self.curvature_bound_1_mm(s.min(end), s.max(end)) > 0.5 {
+            end = s + 0.5 * (end - s);
+        }
+        if (end - s).abs() <= least {
+            return None;
+        }
+        let mut next = at;
+        self.seek(end, &mut next);
+        Some(Cursor::at(next.segment, next.xi))
+    }
+
     /// `at` moved by `step` in its segment's parameter, into the neighbouring segment where it leaves its own.
     fn moved(&self, at: Cursor, step: f64, speed: f64) -> Cursor {
         let xi = at.xi + step;

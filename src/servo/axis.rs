@@ -84,7 +84,7 @@ impl<L: Lane> AxisLoop<L> {
             torque: pack(&|p| 1.0 / p.drive.torque_to_voltage_v_nm),
             r_g: pack(&|p| p.drive.transmission_mm_rad),
             theta_omega: pack(&|p| p.plant.time_constant_s * gap(p)),
-            theta_u: pack(&|p| p.plant.gain_rad_s_v * (dt - p.plant.time_constant_s * gap(p))),
+            theta_u: pack(&|p| p.plant.gain_rad_s_v * coasting_s(dt, p.plant.time_constant_s)),
             omega_omega: pack(&|p| 1.0 - gap(p)),
             omega_u: pack(&|p| p.plant.gain_rad_s_v * gap(p)),
             period: L::splat(dt),
@@ -137,6 +137,17 @@ impl<L: Lane> AxisLoop<L> {
         self.theta = (self.theta + self.theta_omega * self.omega) + self.theta_u * applied;
         self.omega = self.omega_omega * self.omega + self.omega_u * applied;
         signals
+    }
+}
+
+/// `Δt - τ (1 - exp(-Δt/τ))` \[s\].
+fn coasting_s(dt: f64, tau: f64) -> f64 {
+    let x = dt / tau;
+    if x < 1e-4 {
+        // The difference would cancel; the next term of the series is below 1e-18.
+        0.5 * dt * x * (1.0 - x / 3.0 * (1.0 - x / 4.0 * (1.0 - x / 5.0)))
+    } else {
+        dt + tau * libm::expm1(-x)
     }
 }
 

@@ -91,7 +91,7 @@ impl LockupWatch {
         Self { period_s, half: samples(HALF_S, 25), quiet: samples(QUIET_S, 10), episode: None, found: false }
     }
 
-    /// One sample: its number, clamped voltage, whether the clamp acted, and the axis' tracking error. Returns the lock-up
+    /// One sample: its number (rising from call to call), clamped voltage, whether the clamp acted, and the axis' tracking error. Returns the lock-up
     /// once, at the sample that makes it certain.
     #[inline]
     pub fn watch(&mut self, k: u64, voltage_v: f64, saturated: bool, error_mm: f64) -> Option<Lockup> {
@@ -110,7 +110,7 @@ impl LockupWatch {
             now: Half::default(),
             half_began: k,
         });
-        if k - episode.last_saturated > self.quiet {
+        if k.saturating_sub(episode.last_saturated) > self.quiet {
             return None;
         }
         let now = &mut episode.now;
@@ -122,9 +122,9 @@ impl LockupWatch {
             episode.last_saturated = k;
         }
         let mut lockup = None;
-        if k + 1 - episode.half_began >= self.half {
+        if k.saturating_add(1).saturating_sub(episode.half_began) >= self.half {
             let now = std::mem::take(&mut episode.now);
-            episode.half_began = k + 1;
+            episode.half_began = k.saturating_add(1);
             if let Some(before) = episode.before.replace(now)
                 && f64::from(now.saturated) >= RECOVERING * f64::from(before.saturated)
                 && now.error_mm >= RECOVERING * before.error_mm

@@ -111,12 +111,13 @@ pub struct ServoError {
     pub needed: &'static str,
 }
 
-/// Largest magnitude of any parameter: beyond it the sums of the loop could overflow.
+/// Largest magnitude of any parameter, and its inverse the smallest of those that are divided by: beyond them the sums and
+/// quotients of the loop could overflow.
 const LARGEST: f64 = 1e9;
 
 fn positive(name: &'static str, value: f64) -> Result<(), ServoError> {
-    let needed = "a positive finite number, at most 1e9";
-    if value > 0.0 && value <= LARGEST { Ok(()) } else { Err(ServoError { name, value, needed }) }
+    let needed = "a positive number, from 1e-9 to 1e9";
+    if (1.0 / LARGEST..=LARGEST).contains(&value) { Ok(()) } else { Err(ServoError { name, value, needed }) }
 }
 
 fn not_negative(name: &'static str, value: f64) -> Result<(), ServoError> {
