@@ -245,6 +245,10 @@ impl<const A: usize> SummaryObserver<A> {
 impl<const A: usize> Observer<A> for SummaryObserver<A> {
     fn begin(&mut self, plan: &RunPlan<'_, A>) -> Result<(), ObserverError> {
         let peaks = plan.motion.peaks();
+        // A second run starts anew.
+        *self = Self::new(std::mem::take(&mut self.name))
+            .with_n_c(self.n_c, self.n_c_search.take())
+            .with_recording(self.recording.take());
         self.limits = *plan.limits;
         self.planned = plan.samples;
         self.path_length_mm = plan.path.length_mm();

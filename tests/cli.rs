@@ -192,7 +192,7 @@ fn a_file_that_cannot_be_used_is_told_with_line_column_and_help() {
         ("comma", good.replace("kpp = 97", "kpp = 97,38").into(), "comma.toml:12:9", "97.38, not 97,38"),
         ("huge", good.replace("kpp = 97", "kpp = 1e300").into(), "huge.toml:12:7", "kpp = 1e300 is out of range"),
         ("bits", good.replace("kpp = 97", "kpp = 99999999999999999999").into(), "bits.toml:12:7", "such as 1e20"),
-        ("quick", good.replace("= 0.1", "= 1e-160").into(), "quick.toml:7:11", "raise phase_s"),
+        ("quick", good.replace("= 0.1", "= 1e-160").into(), "quick.toml:7:11", "from 1e-9 to 1e9"),
         ("axis", (good.clone() + "[axes.z]\nk = 1\n").into(), &*format!("axis.toml:{last}:7"), "key `z` in [axes]"),
         ("utf16bom", [b"\xff\xfe", &good.as_bytes()[..8]].concat(), "utf16bom.toml:1:1", "this is UTF-16"),
         ("utf16", good.encode_utf16().flat_map(u16::to_le_bytes).collect(), "utf16.toml", "help: "),

@@ -2,6 +2,8 @@
 
 mod common;
 
+use std::f64::consts::PI;
+
 use common::{Case, PROFILE, random_ring, random_walk};
 use nalgebra::Vector2;
 use rand::{RngExt, SeedableRng};
@@ -117,6 +119,27 @@ fn validates_that_a_crossing_is_measured_on_its_own_branch() {
             assert!((error.s_mm - s).abs() < 1e-6);
         }
     }
+}
+
+#[test]
+fn validates_that_a_hairpin_is_measured_on_its_own_leg() {
+    // Two legs 1 mm apart. The setpoint stands 0.5 mm before the turn, the tool 0.6 mm aside, towards the other leg: 0.4 mm from
+    // it, whose foot is 2.57 mm of arc length away. Within π · 0.6 mm the nearest point is the setpoint itself.
+    let leg = |y: f64, i: i32| Vector2::new(0.5 * f64::from(i), y);
+    let turn =
+        |i: i32| Vector2::new(5.0 + 0.5 * (PI * f64::from(i) / 8.0).sin(), 0.5 - 0.5 * (PI * f64::from(i) / 8.0).cos());
+    let points: Vec<_> =
+        (0..10).map(|i| leg(0.0, i)).chain((0..=8).map(turn)).chain((0..10).rev().map(|i| leg(1.0, i))).collect();
+    let path = PhSpline::from_nodal_points(&points, false, None).unwrap();
+    let setpoint = Vector2::new(4.5, 0.0);
+    let s = path.lengths_at_nodes_mm()[9];
+    let error = ContourMeter::new(&path).measure(&(setpoint + Vector2::new(0.0, 0.6)), &setpoint, s);
+    assert!((error.signed_mm - 0.6).abs() < 1e-3 && (error.s_mm - s).abs() < 0.05, "{error:?}");
+    // A tool that has cut the corner is measured against all that it could be near to: half a circle of the tracking error.
+    let before = path.lengths_at_nodes_mm()[10];
+    let tool = Vector2::new(5.0, 0.9);
+    let error = ContourMeter::new(&path).measure(&tool, &Vector2::new(5.0, 0.0), before);
+    assert!((error.signed_mm - 0.1).abs() < 5e-3, "{error:?}");
 }
 
 #[test]

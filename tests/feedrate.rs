@@ -67,6 +67,19 @@ fn validates_pattern_search_on_a_rotated_valley_and_at_a_bound() {
     let bounded = PatternSearch { lower: vec![-1.0, 0.5], upper: vec![1.0, 9.0], ..search };
     let found = bounded.minimize(&[0.0, 5.0], |p| p[0] + p[1]);
     assert_eq!(found.point, [-1.0, 0.5]);
+    // A start without a value is left for any that has one, and a search that finds no end gives up.
+    let hole = |p: &[f64]| if p[0] == 0.0 { f64::NAN } else { (p[0] - 5.0).abs() };
+    assert!((PatternSearch::default().minimize(&[0.0], hole).point[0] - 5.0).abs() < 1e-5);
+    let brief = PatternSearch { max_iterations: 7, ..PatternSearch::default() }.minimize(&[0.0], |p| -p[0]);
+    assert!(!brief.converged && brief.history.len() == 8, "{brief:?}");
+    assert_eq!(brief.history.iter().map(|step| step.iteration).collect::<Vec<_>>(), [0, 1, 2, 3, 4, 5, 6, 7]);
+}
+
+#[test]
+fn validates_that_the_search_for_n_c_stays_between_2_and_12() {
+    // The modification is 1 mm/s² exp(n_c τ): a fast feed would take more than 12, a slow one less than 2.
+    assert_eq!(optimize_n_c(1e6, T).unwrap().point, [12.0]);
+    assert_eq!(optimize_n_c(0.1, T).unwrap().point, [2.0]);
 }
 
 /// Every profile, with random values that make sense.

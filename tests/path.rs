@@ -26,14 +26,14 @@ fn random_splines(seed: u64, count: usize) -> Vec<(String, PhSpline)> {
     splines
 }
 
-/// ∫₀¹ of a smooth function: composite Gauss with 5 points on 64 intervals, far below 1e-12 for the curves here.
-fn integral(f: impl Fn(f64) -> f64) -> f64 {
+/// ∫₀¹ by composite Gauss with 5 points an interval: exact for the polynomials of degree 4 here on one, far below 1e-12 for
+/// the rational functions on 64.
+fn integral(n: u32, f: impl Fn(f64) -> f64) -> f64 {
     let nodes = [
         (0.0, 0.568_888_888_888_888_9),
         (0.538_469_310_105_683_1, 0.478_628_670_499_366_5),
         (0.906_179_845_938_664, 0.236_926_885_056_189_1),
     ];
-    let n = 64;
     let half = 0.5 / f64::from(n);
     (0..n)
         .map(|i| {
@@ -49,7 +49,7 @@ fn integral(f: impl Fn(f64) -> f64) -> f64 {
 
 /// `w` of segment `i` from the solution, as the specification writes it: an evaluation of our own beside the library's.
 fn w(z: &[[f64; 2]], i: usize, xi: f64) -> Vector2<f64> {
-    let z: Vec<Vector2<f64>> = z[i..i + 3].iter().map(|&z| Vector2::from(z)).collect();
+    let z = [z[i], z[i + 1], z[i + 2]].map(Vector2::from);
     let rest = 1.0 - xi;
     (z[0] + z[1]) * 0.5 * rest * rest + z[1] * 2.0 * rest * xi + (z[1] + z[2]) * 0.5 * xi * xi
 }
@@ -66,8 +66,8 @@ fn validates_that_splines_pass_through_their_nodal_points() {
         let z: Vec<[f64; 2]> = spline.preimage().collect();
         for (i, pair) in nodes.windows(2).enumerate() {
             // The chord is the integral of w².
-            let x = integral(|xi| square(w(&z, i, xi)).x);
-            let y = integral(|xi| square(w(&z, i, xi)).y);
+            let x = integral(1, |xi| square(w(&z, i, xi)).x);
+            let y = integral(1, |xi| square(w(&z, i, xi)).y);
             let miss = (Vector2::new(x, y) - (pair[1] - pair[0])).norm();
             assert!(miss < 1e-12 * scale, "segment {i} misses by {miss}: {case}");
         }
@@ -83,7 +83,7 @@ fn validates_arc_length_against_quadrature() {
             assert!((length - node).abs() <= 1e-10 * node.abs(), "segment {i}: {length} {node}: {case}");
             if i + 2 < z.len() {
                 // |r'| from the point's derivative, not from |w|².
-                length += integral(|xi| square(w(&z, i, xi)).norm());
+                length += integral(1, |xi| square(w(&z, i, xi)).norm());
             }
         }
     }
@@ -167,6 +167,20 @@ fn validates_the_largest_curvature_against_a_dense_search() {
             .fold(0.0, f64::max);
         assert!(dense <= claimed * (1.0 + 1e-12), "{dense} {claimed}: {case}");
         assert!(dense >= claimed * 0.99, "{dense} {claimed}: {case}");
+        // Of every stretch the bound holds, and of one segment it is that segment's own.
+        let mut rng = Xoshiro256PlusPlus::seed_from_u64(claimed.to_bits());
+        for _ in 0..20 {
+            let (a, b) = (rng.random_range(0.0..=length), rng.random_range(0.0..=length));
+            let (from, to) = (f64::min(a, b), f64::max(a, b));
+            let bound = spline.curvature_bound_1_mm(from, to);
+            let at = |i: i32| (from + (to - from) * f64::from(i) / 50.0).min(to);
+            let dense = (0..=50).map(|i| spline.frame(at(i), &mut cursor).curvature_1_mm.norm()).fold(0.0, f64::max);
+            assert!(dense <= bound * (1.0 + 1e-12) && bound <= claimed, "{from} {to}: {dense} {bound}: {case}");
+        }
+        let nodes = spline.lengths_at_nodes_mm();
+        let inside =
+            |pair: &[f64]| spline.curvature_bound_1_mm(0.7 * pair[0] + 0.3 * pair[1], 0.3 * pair[0] + 0.7 * pair[1]);
+        assert_eq!(nodes.windows(2).map(inside).fold(0.0, f64::max), claimed);
     }
 }
 
@@ -281,7 +295,7 @@ fn energy_of(z: &[C]) -> f64 {
     z.windows(3)
         .map(|z| {
             let (a, b, c) = ((z[0] + z[1]) * 0.5, z[1], (z[1] + z[2]) * 0.5);
-            integral(|xi| {
+            integral(64, |xi| {
                 let w = a * (1.0 - xi) * (1.0 - xi) + b * 2.0 * (1.0 - xi) * xi + c * xi * xi;
                 let w1 = (b - a) * 2.0 * (1.0 - xi) + (c - b) * 2.0 * xi;
                 let kappa_sigma = 2.0 * (w.conj() * w1).im / w.norm_sqr();
@@ -321,6 +335,30 @@ fn newton(mut z: Vec<C>, chords: &[C], ends: [C; 2]) -> Option<Vec<C>> {
         }
     }
     None
+}
+
+#[test]
+fn validates_the_end_tangents_that_are_not_given() {
+    // Those of the parabola through the three end points, parametrised by chord length: Lagrange's form, differentiated.
+    let points = planar(&[[0., 0.], [10., 3.], [14., 9.], [30., 12.], [37., 8.]]);
+    let path = PhSpline::from_nodal_points(&points, false, None).unwrap();
+    let lagrange = |a: Vector2<f64>, b: Vector2<f64>, c: Vector2<f64>| {
+        let (h, k) = ((b - a).norm(), (c - b).norm());
+        let t = h + k;
+        -a * ((h + t) / (h * t)) + b * (t / (h * k)) - c * (h / (t * k))
+    };
+    let start = lagrange(points[0], points[1], points[2]).normalize();
+    let end = -lagrange(points[4], points[3], points[2]).normalize();
+    let tangent = |s: f64| path.frame(s, &mut Cursor::default()).tangent;
+    assert!((tangent(0.0) - start).norm() < 1e-12, "{} {start}", tangent(0.0));
+    assert!((tangent(path.length_mm()) - end).norm() < 1e-12, "{} {end}", tangent(path.length_mm()));
+    // Scaled to one segment: given back by hand they give the same spline.
+    let given = (
+        lagrange(points[0], points[1], points[2]) * (points[1] - points[0]).norm(),
+        -lagrange(points[4], points[3], points[2]) * (points[4] - points[3]).norm(),
+    );
+    let by_hand = PhSpline::from_nodal_points(&points, false, Some(given)).unwrap();
+    assert!((by_hand.length_mm() - path.length_mm()).abs() < 1e-12 * path.length_mm());
 }
 
 #[test]
@@ -429,6 +467,25 @@ fn bad_points_are_refused_with_the_reason() {
         control(&[[0., 0.], [10., 0.], [20., 0.], [30., 0.]], true),
         PathError::Reversal { .. } | PathError::CoincidentPoints { .. }
     ));
+    // At the seam of a closed path, and against an end tangent.
+    let seam = nodal(&[[0., 0.], [10., 0.], [5., 5.], [5., 0.]], true);
+    assert!(matches!(seam, PathError::Reversal { index: 0, .. }), "{seam}");
+    for (ends, at) in [([-1.0, 1.0], 0), ([1.0, -1.0], 2)] {
+        let [start, end] = ends.map(|x| Vector2::new(x, 0.0));
+        let points = planar(&[[0., 0.], [10., 0.], [20., 0.]]);
+        let error = PhSpline::from_nodal_points(&points, false, Some((start, end))).unwrap_err();
+        assert!(matches!(error, PathError::Reversal { index, .. } if index == at), "{error}");
+    }
+    // Tangents five times as long as the chord: w = (1 - 2ξ)² solves the equations, and stands still in the middle.
+    let along = Vector2::new(10.0, 0.0);
+    let cusp = PhSpline::from_nodal_points(&planar(&[[0., 0.], [2., 0.]]), false, Some((along, along))).unwrap_err();
+    assert!(matches!(cusp, PathError::Cusp { segment: 0, xi } if (xi - 0.5).abs() < 1e-3), "{cusp}");
+    // A sharp point from which Newton reaches another root: a loop more, and one at a clamped end.
+    let looped = nodal(&[[8., -3.], [9., -5.], [8., -4.], [-7., 8.]], true);
+    assert!(matches!(looped, PathError::WrongRoot { segment: 0, .. }), "{looped}");
+    let ends = (Vector2::new(78.5, 43.0), Vector2::new(-0.73, 0.26));
+    let looped = PhSpline::from_nodal_points(&planar(&[[0., 0.], [10., 0.]]), false, Some(ends)).unwrap_err();
+    assert!(matches!(looped, PathError::WrongRoot { segment: 0, .. }), "{looped}");
     // A clamped end without direction.
     assert!(matches!(
         control(&[[0., 0.], [0., 0.], [10., 5.], [20., 0.]], false),

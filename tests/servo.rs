@@ -8,9 +8,12 @@ use rand::{RngExt, SeedableRng};
 use rand_xoshiro::Xoshiro256PlusPlus;
 use servosim::feedrate::{Motion, Profile};
 use servosim::limits::{Event, Limits};
-use servosim::path::{Line, Path, PhSpline};
-use servosim::servo::{AxisLoop, AxisParameters, Derivative, Drive, Lanes, LockupKind, LoopSettings, Pdff, Plant};
-use servosim::simulation::{Observer, ObserverError, Period, Simulation};
+use servosim::path::{Cursor, Foot, Frame, Line, Path, PhSpline};
+use servosim::servo::{
+    AxisLoop, AxisParameters, Derivative, Drive, Lanes, Lockup, LockupKind, LockupWatch, LoopSettings, Pdff, Plant,
+};
+use servosim::simulation::{Observer, ObserverError, Period, Simulation, SimulationError};
+use servosim::summary::SummaryObserver;
 
 /// Random parameters around the paper's. The velocity gain is drawn as its share of what one sample undoes,
 /// `kpv k_T K Δt/τ` (0.69 for the paper's X axis): from 2 on a sampled loop is unstable, and amplifies rounding.
@@ -46,11 +49,14 @@ fn validates_the_exact_plant_against_a_fine_runge_kutta() {
     // Closed loop, one control period at a time: the plant is integrated with 50 classical Runge-Kutta steps a period
     // (their error is (Δt/50τ)⁴ ≈ 1e-12 relative for τ = 20 ms), the controller is written out as in the specification.
     let mut rng = Xoshiro256PlusPlus::seed_from_u64(1);
+    let (mut outwards, mut inwards) = (0, 0);
     for case in 0..200 {
         let axis = random_axis(&mut rng);
         let settings = LoopSettings::default();
         let (plant, g, dt) = (axis.plant, axis.pdff, settings.period_s);
-        let command = random_command(&mut rng, 400);
+        // Every fourth command is more than the drive can follow.
+        let size = if case % 4 == 0 { 10.0 } else { 1.0 };
+        let command: Vec<f64> = random_command(&mut rng, 400).iter().map(|x| size * x).collect();
         let mut ours = AxisLoop::new(&axis, &settings, 0.0);
         let (mut theta, mut omega, mut integral, mut last) = (0.0_f64, 0.0_f64, 0.0_f64, 0.0_f64);
         for (k, &x) in command.iter().enumerate() {
@@ -64,8 +70,11 @@ fn validates_the_exact_plant_against_a_fine_runge_kutta() {
             assert!((signals.actual_mm - 1.59 * theta).abs() < 1e-9, "case {case} k {k}: {axis:?}");
             assert!((signals.voltage_v - u).abs() < 1e-6, "case {case} k {k}: {} {u}", signals.voltage_v);
             let error = omega_com - omega;
-            if !(wanted > 5.0 && error > 0.0 || wanted < -5.0 && error < 0.0) {
+            if wanted > 5.0 && error > 0.0 || wanted < -5.0 && error < 0.0 {
+                outwards += 1;
+            } else {
                 integral += dt * error;
+                inwards += i32::from(wanted.abs() > 5.0);
             }
             let h = dt / 50.0;
             let rate = |w: f64| (plant.gain_rad_s_v * u - w) / plant.time_constant_s;
@@ -79,6 +88,7 @@ fn validates_the_exact_plant_against_a_fine_runge_kutta() {
             }
         }
     }
+    assert!(outwards > 1000 && inwards > 10, "the test must see both: {outwards} {inwards}");
 }
 
 #[test]
@@ -280,4 +290,172 @@ fn a_limit_is_told_when_it_is_first_passed() {
     let Event::LimitPassed { name, value, limit, .. } = passed[0] else { unreachable!() };
     assert_eq!((*name, *limit), ("contour_error_um", 20.0));
     assert!(*value > 20.0 && *value < 21.0, "first sample beyond the limit: {value}");
+}
+
+#[test]
+fn validates_each_limit_at_its_edge_and_by_magnitude() {
+    // The deceleration comes last: with the limits just above the acceleration's own values nothing is passed; below, each is
+    // told once. Jerk and acceleration of alpha's quintic: 57 735 mm/s³, 1875 mm/s², either sign.
+    let case = Case::alpha();
+    let quintic = Profile::Quintic { phase_s: 0.1 };
+    let periods: Vec<_> = case.simulation(quintic).collect();
+    let largest = |of: &dyn Fn(&Period<2>) -> f64| periods.iter().map(|p| of(p).abs()).fold(0.0, f64::max);
+    let at = [
+        largest(&|p| p.contour_error_um),
+        largest(&|p| p.tracking_error_um),
+        largest(&|p| p.axes[0].voltage_v.abs().max(p.axes[1].voltage_v.abs())),
+        largest(&|p| p.setpoint.accel_mm_s2),
+        largest(&|p| p.setpoint.jerk_mm_s3),
+    ];
+    let names = ["contour_error_um", "tracking_error_um", "voltage_v", "accel_mm_s2", "jerk_mm_s3"];
+    for (i, name) in names.iter().enumerate() {
+        for (limit, passed) in [(at[i], false), (at[i] * (1.0 - 1e-8), true)] {
+            let one = |j: usize| (i == j).then_some(limit);
+            let limits = Limits {
+                contour_error_um: one(0),
+                tracking_error_um: one(1),
+                voltage_v: one(2),
+                accel_mm_s2: one(3),
+                jerk_mm_s3: one(4),
+            };
+            let (mut events, mut summary) = (Events::default(), SummaryObserver::<2>::new("alpha"));
+            case.simulation(quintic).run(&limits, None, &mut [&mut events, &mut summary]).unwrap();
+            let told: Vec<_> = events.0.iter().filter(|e| matches!(e, Event::LimitPassed { .. })).collect();
+            assert_eq!(told.len(), usize::from(passed), "{name}: {told:?}");
+            // Acceleration and jerk of the summary are those of the motion, between the samples too.
+            let check = &summary.summary().limits[0];
+            assert_eq!(check.name, *name);
+            if i < 3 {
+                assert!(check.value == at[i] && check.kept != passed, "{check:?}");
+            } else {
+                assert!(check.value >= at[i], "{check:?}");
+            }
+        }
+    }
+    // A negative value passes a limit by its magnitude: here the first jerk beyond 50 000 is at the start of the deceleration.
+    let mut mirrored = Events::default();
+    let limits = Limits { jerk_mm_s3: Some(0.0), accel_mm_s2: Some(0.0), ..Limits::default() };
+    let line = Line::new(Vector2::new(0.0, 0.0), Vector2::new(-20.0, -20.0)).unwrap();
+    let motion = Motion::plan(line.length_mm(), 100.0, quintic).unwrap();
+    let settings = LoopSettings::default();
+    Simulation::new(&line, &motion, case.axes, settings).unwrap().run(&limits, None, &mut [&mut mirrored]).unwrap();
+    assert_eq!(mirrored.0.iter().filter(|e| matches!(e, Event::LimitPassed { .. })).count(), 2);
+}
+
+#[test]
+fn validates_the_summary_against_sums_over_its_periods() {
+    // A hard start, so that the axes saturate at different times.
+    let case = Case::heart();
+    let profile = Profile::Linear { phase_s: 0.01 };
+    let mut observer = SummaryObserver::<2>::new("heart");
+    let motion = case.motion(profile);
+    case.simulation(profile).run(&Limits::default(), None, &mut [&mut observer]).unwrap();
+    let (ours, periods) = (observer.summary(), case.simulation(profile).collect::<Vec<_>>());
+    let n = periods.len() as f64;
+    let close = |a: f64, b: f64| assert!((a - b).abs() <= 1e-12 * b.abs(), "{a} {b}");
+    let largest = |of: &dyn Fn(&Period<2>) -> f64| periods.iter().map(|p| of(p).abs()).fold(0.0, f64::max);
+    let rms = |of: &dyn Fn(&Period<2>) -> f64| (periods.iter().map(|p| of(p).powi(2)).sum::<f64>() / n).sqrt();
+    let share = |of: &dyn Fn(&Period<2>) -> bool| periods.iter().filter(|p| of(p)).count() as f64 / n;
+    assert!(ours.complete && ours.samples == periods.len() as u64 && ours.period_s == 1e-3);
+    close(ours.max_contour_error_um, largest(&|p| p.contour_error_um));
+    close(ours.rms_contour_error_um, rms(&|p| p.contour_error_um));
+    close(ours.max_tracking_error_um, largest(&|p| p.tracking_error_um));
+    close(ours.rms_tracking_error_um, rms(&|p| p.tracking_error_um));
+    close(ours.peak_voltage_v, largest(&|p| p.axes[0].voltage_v.abs().max(p.axes[1].voltage_v.abs())));
+    close(ours.rms_voltage_v, rms(&|p| f64::midpoint(p.axes[0].voltage_v.powi(2), p.axes[1].voltage_v.powi(2)).sqrt()));
+    close(ours.saturated_share, share(&|p| p.axes[0].saturated || p.axes[1].saturated));
+    assert_eq!(ours.peak_jerk_mm_s3, f64::INFINITY);
+    close(ours.peak_accel_mm_s2, 1e4);
+    close(ours.motion_time_s, motion.total_s());
+    let worst = periods.iter().find(|p| p.contour_error_um.abs() == ours.max_contour_error_um).unwrap();
+    assert_eq!((ours.max_contour_error_at_s, ours.max_contour_error_at_mm), (worst.time_s, worst.nearest_s_mm));
+    for (i, axis) in ours.axes.iter().enumerate() {
+        let error = |p: &Period<2>| 1e3 * (p.axes[i].command_mm - p.axes[i].actual_mm);
+        close(axis.max_tracking_error_um, largest(&error));
+        close(axis.rms_tracking_error_um, rms(&error));
+        close(axis.peak_voltage_v, largest(&|p| p.axes[i].voltage_v));
+        close(axis.rms_voltage_v, rms(&|p| p.axes[i].voltage_v));
+        close(axis.saturated_share, share(&|p| p.axes[i].saturated));
+    }
+    assert!(ours.axes[0].saturated_share != ours.axes[1].saturated_share, "{:?}", ours.axes);
+}
+
+/// What a watch at 1 ms finds in a voltage and an error given sample by sample.
+fn watched(samples: u64, of: impl Fn(u64) -> (f64, f64)) -> Vec<Lockup> {
+    let mut watch = LockupWatch::new(1e-3);
+    (0..samples).filter_map(|k| watch.watch(k, of(k).0, of(k).0.abs() >= 5.0, of(k).1)).collect()
+}
+
+#[test]
+fn validates_when_an_axis_counts_as_locked_up() {
+    // Pinned from 0.1 s on with an error that stays: certain after two stretches of 0.125 s, told once.
+    let pinned = watched(2000, |k| if k < 100 { (1.0, 0.0) } else { (5.0, 2.0) });
+    let expected = Lockup { kind: LockupKind::Pinned, since_s: 0.1, time_s: 349.0 * 1e-3, error_mm: 2.0 };
+    assert_eq!(pinned, [expected]);
+    // Swinging every 20 ms.
+    let swinging = watched(2000, |k| if (k / 20) % 2 == 0 { (5.0, 1.0) } else { (-5.0, -1.0) });
+    assert_eq!(swinging.iter().map(|l| l.kind).collect::<Vec<_>>(), [LockupKind::LimitCycle]);
+    // Saturated for as long as the error still falls by a fifth from stretch to stretch.
+    assert_eq!(watched(2000, |k| (5.0, 0.7_f64.powf(k as f64 / 125.0))), []);
+    // The error stays, but the saturation fades.
+    let fading = |k: u64| if k % 125 < 100 >> (k / 125).min(60) { (5.0, 1.0) } else { (4.0, 1.0) };
+    assert_eq!(watched(2000, fading), []);
+    // Single saturated samples 0.06 s apart: each is recovered from. 0.04 s apart: not.
+    assert_eq!(watched(2000, |k| if k % 60 == 0 { (5.0, 1.0) } else { (1.0, 1.0) }), []);
+    assert_eq!(watched(2000, |k| if k % 40 == 0 { (5.0, 1.0) } else { (1.0, 1.0) }).len(), 1);
+}
+
+#[test]
+fn validates_the_plant_of_given_mechanics() {
+    // J ω' + B ω = u/k_T: 20 kg on 1.59 mm/rad beside 1e-4 kg m².
+    let drive = Drive::default();
+    let plant = Plant::from_mechanics(20.0, 1e-4, 2e-3, &drive);
+    let inertia = 1e-4 + 20.0 * 1.59e-3 * 1.59e-3;
+    assert!((plant.time_constant_s - inertia / 2e-3).abs() < 1e-15);
+    assert!((plant.gain_rad_s_v - 0.716 / 2e-3).abs() < 1e-10);
+}
+
+#[test]
+fn the_torque_is_that_of_the_control_law_before_the_clamp() {
+    // T = kpv (kvf ω_com - ω + kiv I); its voltage k_T T is clamped, the torque command is not.
+    let axis = Case::alpha().axes[0];
+    let mut servo = AxisLoop::new(&axis, &LoopSettings::default(), 3.0);
+    let signals = servo.step(4.0, 0.0);
+    let torque = 1.19 * 0.85 * (97.38 * 1.0 + 0.8 * 1000.0);
+    assert!((signals.torque_nm - torque).abs() < 1e-9 * torque, "{signals:?}");
+    assert!(signals.saturated && signals.voltage_v == 5.0);
+    assert!((signals.velocity_command_rad_s - (97.38 + 800.0)).abs() < 1e-9);
+}
+
+#[test]
+fn a_path_that_loses_its_numbers_ends_the_run() {
+    struct Broken(Line<2>);
+    impl Path<2> for Broken {
+        fn length_mm(&self) -> f64 {
+            self.0.length_mm()
+        }
+        fn is_closed(&self) -> bool {
+            false
+        }
+        fn frame(&self, s_mm: f64, cursor: &mut Cursor) -> Frame<2> {
+            let frame = self.0.frame(s_mm, cursor);
+            if s_mm > 5.0 { Frame { point_mm: frame.point_mm * f64::NAN, ..frame } } else { frame }
+        }
+        fn curvature_bound_1_mm(&self, _: f64, _: f64) -> f64 {
+            0.0
+        }
+        fn nearest_local(&self, point_mm: &Vector2<f64>, cursor: &mut Cursor) -> Foot<2> {
+            self.0.nearest_local(point_mm, cursor)
+        }
+    }
+    let path = Broken(Line::new(Vector2::new(0.0, 0.0), Vector2::new(10.0, 0.0)).unwrap());
+    let motion = Motion::plan(10.0, 50.0, Profile::Quintic { phase_s: 0.1 }).unwrap();
+    let mut seen = 0;
+    let mut count = |_: &Period<2>| seen += 1;
+    let run = Simulation::new(&path, &motion, Case::alpha().axes, LoopSettings::default()).unwrap();
+    let error = run.run(&Limits::default(), None, &mut [&mut count]).unwrap_err();
+    assert!(
+        matches!(error, SimulationError::Diverged { time_s } if (time_s * 1e3).round() == f64::from(seen)),
+        "{error}"
+    );
 }

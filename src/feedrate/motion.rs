@@ -134,11 +134,6 @@ impl Motion {
         self.cruise_s
     }
 
-    /// The acceleration phase; the deceleration is its mirror image.
-    pub fn acceleration_phase(&self) -> &Phase {
-        &self.accelerate
-    }
-
     /// Largest feed, acceleration and jerk of the motion.
     pub fn peaks(&self) -> MotionPeaks {
         self.accelerate.peaks()

@@ -145,7 +145,8 @@ impl Segment {
         (0..STEPS).map(|i| at(i + 1) * at(i).conj()).map(|turn| 2.0 * libm::atan2(turn.im, turn.re)).sum()
     }
 
-    /// `∫ κ² ds` \[1/mm\], by adaptive Gauss quadrature of `4 N²/σ³` to 1e-13 relative.
+    /// `∫ κ² ds` \[1/mm\], by adaptive Gauss quadrature of `4 N²/σ³` to 1e-13 relative. A segment of length `L` that turns by
+    /// less than 1e-13 rad is straight to rounding: nothing below 1e-26/L is refined.
     pub(super) fn bending_energy(&self) -> f64 {
         super::quadrature::integrate(
             &|xi| {
@@ -154,6 +155,7 @@ impl Segment {
                 4.0 * n * n / (p.speed * p.speed * p.speed)
             },
             1e-13,
+            1e-26 / self.arc_length(1.0),
         )
     }
 

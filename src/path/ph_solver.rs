@@ -304,3 +304,37 @@ impl<'a> System<'a> {
         }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Newton corrects itself: a wrong elimination would only cost iterations. So the step itself is put into its equations.
+    #[test]
+    fn validates_that_a_step_solves_the_linear_system() {
+        let at = |i: usize| Point::new(1.0 + (i as f64 * 1.3).sin(), 0.7 * (i as f64 * 0.9).cos());
+        for m in 1..12 {
+            let chords: Vec<Point> = (0..m).map(|i| at(i) * 2.0).collect();
+            let z: Vec<Point> = (0..m + 2).map(|i| at(i + 5)).collect();
+            for closing in [Closing::Clamped(at(1), at(2)), Closing::Closed(1.0), Closing::Closed(-1.0)] {
+                let sigma = match closing {
+                    Closing::Closed(sigma) if m >= 3 => Some(sigma),
+                    Closing::Closed(_) => continue,
+                    Closing::Clamped(..) => None,
+                };
+                let mut system = System::new(&chords, &closing);
+                system.solve_step(&z);
+                let step = system.right.clone();
+                let before = sigma.map_or(-step[0], |sigma| step[m - 1] * sigma);
+                let after = sigma.map_or(-step[m - 1], |sigma| step[0] * sigma);
+                for i in 1..=m {
+                    let (below, diagonal, above) = System::row(&z, i);
+                    let left = if i == 1 { before } else { step[i - 2] };
+                    let right = if i == m { after } else { step[i] };
+                    let miss = below * left + diagonal * step[i - 1] + above * right + system.equation(&z, i);
+                    assert!(miss.norm_sqr().sqrt() < 1e-9, "{m} unknowns, closed {sigma:?}, row {i}: {miss}");
+                }
+            }
+        }
+    }
+}

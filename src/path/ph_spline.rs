@@ -107,6 +107,23 @@ impl PhSpline {
                 worst = (i, spline, polygon);
             }
         }
+        if !self.closed {
+            // The same from the end tangents to the middle of the end segments.
+            let tangent = |z: [Point; 2]| (z[0] + z[1]) * (z[0] + z[1]);
+            let z = &self.preimage;
+            for (segment, spline, polygon) in [
+                (0, self.segments[0].turning(0.0, 0.5), ph_solver::turn_rad(tangent([z[0], z[1]]), chord(0))),
+                (
+                    m - 1,
+                    self.segments[m - 1].turning(0.5, 1.0),
+                    ph_solver::turn_rad(chord(m - 1), tangent([z[m], z[m + 1]])),
+                ),
+            ] {
+                if (spline - polygon).abs() > f64::abs(worst.1 - worst.2) {
+                    worst = (segment, spline, polygon);
+                }
+            }
+        }
         let (segment, spline, polygon) = worst;
         let limit = std::f64::consts::PI;
         if (spline - polygon).abs() >= limit || (self.closed && total.abs() >= limit) {

@@ -14,8 +14,9 @@ fn gauss(f: &dyn Fn(f64) -> f64, low: f64, high: f64) -> f64 {
     half * RULE.iter().map(|(x, w)| w * (f(middle - half * x) + f(middle + half * x))).sum::<f64>()
 }
 
-/// `∫₀¹ f`, each piece halved until halving changes it by less than `relative` of the whole.
-pub(super) fn integrate(f: &dyn Fn(f64) -> f64, relative: f64) -> f64 {
+/// `∫₀¹ f`, each piece halved until halving changes it by less than `relative` of the whole, or by less than `absolute`: an
+/// integrand that is rounding noise has no digits to agree in.
+pub(super) fn integrate(f: &dyn Fn(f64) -> f64, relative: f64, absolute: f64) -> f64 {
     let mut stack = vec![(0.0, 1.0, gauss(f, 0.0, 1.0))];
     let mut scale = stack[0].2.abs();
     let mut sum = 0.0;
@@ -23,7 +24,7 @@ pub(super) fn integrate(f: &dyn Fn(f64) -> f64, relative: f64) -> f64 {
         let middle = 0.5 * (low + high);
         let (left, right) = (gauss(f, low, middle), gauss(f, middle, high));
         scale = scale.max((sum + left + right).abs());
-        if (left + right - whole).abs() <= relative * scale || high - low < 1e-6 {
+        if (left + right - whole).abs() <= absolute.max(relative * scale) || high - low < 1e-6 {
             sum += left + right;
         } else {
             stack.push((low, middle, left));

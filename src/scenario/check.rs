@@ -178,21 +178,8 @@ fn feedrate(raw: &RawFeedrate, length_mm: f64, problems: &mut Problems) -> Optio
         }
     };
     let place = exponent.map(Spanned::span).or(phase.map(Spanned::span)).unwrap_or(raw.feed_mm_s.span());
-    // Only a trapezoidal feed has an infinite jerk.
-    let is_too_quick = |motion: &Motion| {
-        let peaks = motion.peaks();
-        let has_jerk = !matches!(profile, Profile::Linear { .. });
-        !peaks.accel_mm_s2.is_finite() || peaks.jerk_mm_s3.is_nan() || has_jerk && peaks.jerk_mm_s3.is_infinite()
-    };
     match Motion::plan(length_mm, feed_mm_s, profile) {
         Err(error) => problems.push(of_feedrate(&error, place)),
-        Ok(motion) if is_too_quick(&motion) => problems.push(
-            Diagnostic::new(
-                "the acceleration or jerk is too large for a number: the feed is reached in too short a time",
-            )
-            .at(place)
-            .help("raise phase_s (0.1 is usual) or lower feed_mm_s"),
-        ),
         Ok(motion) => return Some((motion, profile, search)),
     }
     None

@@ -183,7 +183,7 @@ impl<'a, const A: usize> Simulation<'a, A> {
     /// Pulls the run to its end through the observers.
     ///
     /// Events (saturation, limits passed, lock-up) are found on the way and told to the observers; they end nothing. When
-    /// `stop` is raised the run ends early, after a whole period.
+    /// `stop` is raised the run ends early, after a whole period (after the last one it is complete all the same).
     ///
     /// # Errors
     /// An observer's error, or a loop that diverged; both end the run.
@@ -216,7 +216,8 @@ impl<'a, const A: usize> Simulation<'a, A> {
             monitor.watch(&period, &mut |event| {
                 observers.iter_mut().try_for_each(|o| o.event(event).map_err(SimulationError::Observer))
             })?;
-            if stop.is_some_and(|stop| stop.load(Ordering::Relaxed)) {
+            let more = period.k + 1 < plan.samples;
+            if more && stop.is_some_and(|stop| stop.load(Ordering::Relaxed)) {
                 let event = Event::Interrupted { time_s: period.time_s };
                 for observer in observers.iter_mut() {
                     observer.event(&event).map_err(SimulationError::Observer)?;
