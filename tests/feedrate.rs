@@ -220,6 +220,10 @@ fn validates_the_jerk_limited_profile_in_closed_form() {
             assert!(motion.cruise_s() < 1e-9 * motion.total_s(), "{what}");
             assert!((v * phase - length).abs() < 1e-9 * length, "{what}");
         }
+        // Jerk up, none, down; the deceleration undoes the acceleration.
+        let rest = 0.5 * (accel / jerk).min((v / jerk).sqrt());
+        assert_eq!(motion.at(rest).jerk_mm_s3, jerk, "{what}");
+        assert_eq!(motion.at(motion.phase_s() - rest).jerk_mm_s3, -jerk, "{what}");
         // Simpson over the pieces of constant jerk is exact for s.
         let mut s = 0.0;
         let tj = (accel / jerk).min((v / jerk).sqrt());

@@ -417,8 +417,10 @@ fn validates_lines_and_circles_in_closed_form() {
             if clockwise { side < 0.0 } else { side > 0.0 },
             "the centre lies to the left of a counterclockwise turn"
         );
-        let bend = circle.frame(foot.s_mm, &mut Cursor::default()).curvature_1_mm;
-        assert!((bend - (centre - foot.point_mm) / (radius * radius)).norm() < 1e-9 / radius);
+        let frame = circle.frame(foot.s_mm, &mut Cursor::default());
+        assert!((frame.curvature_1_mm - (centre - foot.point_mm) / (radius * radius)).norm() < 1e-9 / radius);
+        let rate = -foot.tangent / (radius * radius);
+        assert!((frame.curvature_rate_1_mm2 - rate).norm() < 1e-9 / (radius * radius));
     }
 }
 

@@ -2,7 +2,7 @@
 
 mod common;
 
-use common::{Case, HEART, PROFILE};
+use common::{ALPHA, Case, HEART, PROFILE};
 use nalgebra::Vector2;
 use rand::{RngExt, SeedableRng};
 use rand_xoshiro::Xoshiro256PlusPlus;
@@ -401,6 +401,9 @@ fn validates_when_an_axis_counts_as_locked_up() {
     let fading = |k: u64| if k % 125 < 100 >> (k / 125).min(60) { (5.0, 1.0) } else { (4.0, 1.0) };
     assert_eq!(watched(2000, fading), []);
     // Single saturated samples 0.06 s apart: each is recovered from. 0.04 s apart: not.
+    // Every sample, every second, every fourth …: less and less, though never 0.05 s without.
+    let thinning = |k: u64| if k.is_multiple_of(1 << (k / 125).min(5)) { (5.0, 1.0) } else { (4.0, 1.0) };
+    assert_eq!(watched(750, thinning), []);
     assert_eq!(watched(2000, |k| if k % 60 == 0 { (5.0, 1.0) } else { (1.0, 1.0) }), []);
     assert_eq!(watched(2000, |k| if k % 40 == 0 { (5.0, 1.0) } else { (1.0, 1.0) }).len(), 1);
 }
@@ -458,4 +461,50 @@ fn a_path_that_loses_its_numbers_ends_the_run() {
         matches!(error, SimulationError::Diverged { time_s } if (time_s * 1e3).round() == f64::from(seen)),
         "{error}"
     );
+}
+
+#[test]
+fn validates_that_each_axis_is_given_its_own_velocity() {
+    // Along X and then, the same line turned, along Y: the axes of equal parameters change places.
+    let axes = [Case::alpha().axes[0]; 2];
+    let settings = LoopSettings { derivative: Derivative::Exact, ..LoopSettings::default() };
+    let run = |end: Vector2<f64>| {
+        let line = Line::new(Vector2::new(0.0, 0.0), end).unwrap();
+        let motion = Motion::plan(50.0, 100.0, PROFILE).unwrap();
+        Simulation::new(&line, &motion, axes, settings).unwrap().map(|p| p.axes).collect::<Vec<_>>()
+    };
+    let (along_x, along_y) = (run(Vector2::new(50.0, 0.0)), run(Vector2::new(0.0, 50.0)));
+    assert!(along_x.iter().zip(&along_y).all(|(x, y)| x[0] == y[1] && x[1] == y[0]));
+    assert!(along_x.iter().any(|axes| axes[0].voltage_v > 1.0));
+}
+
+#[test]
+fn a_limit_is_passed_by_magnitude_at_the_first_sample_beyond_it() {
+    // Either sign counts: the first sample beyond each limit is looked for in the magnitudes, on alpha and on its mirror image.
+    let (case, quintic) = (Case::alpha(), Profile::Quintic { phase_s: 0.1 });
+    for share in [0.1, 0.5, 0.9, 0.999] {
+        let periods: Vec<_> = case.simulation(quintic).collect();
+        let of = |p: &Period<2>| [p.contour_error_um, p.setpoint.accel_mm_s2, p.setpoint.jerk_mm_s3].map(f64::abs);
+        let largest = periods.iter().map(of).reduce(|a, b| std::array::from_fn(|i| a[i].max(b[i]))).unwrap();
+        let limits = Limits {
+            contour_error_um: Some(share * largest[0]),
+            accel_mm_s2: Some(share * largest[1]),
+            jerk_mm_s3: Some(share * largest[2]),
+            ..Limits::default()
+        };
+        let back = PhSpline::from_control_points(&ALPHA.map(|[x, y]| Vector2::new(-x, y)), false).unwrap();
+        for path in [&case.path, &back] {
+            let run = || Simulation::new(path, &case.motion(quintic), case.axes, LoopSettings::default()).unwrap();
+            let mut events = Events::default();
+            run().run(&limits, None, &mut [&mut events]).unwrap();
+            for (i, key) in ["contour_error_um", "accel_mm_s2", "jerk_mm_s3"].iter().enumerate() {
+                let first = run().find(|p| of(p)[i] > share * largest[i]).map(|p| p.time_s);
+                let told = events.0.iter().find_map(|e| match e {
+                    Event::LimitPassed { name, time_s, .. } if name == key => Some(*time_s),
+                    _ => None,
+                });
+                assert_eq!(told, first, "{key} at {share} of its peak");
+            }
+        }
+    }
 }
