@@ -99,7 +99,7 @@ fn regression_the_recordings_of_the_built_in_scenarios() {
     let mut hashes = Vec::new();
     for name in ["alpha", "heart", "star"] {
         folder.servosim(&format!("run {name} --plots none")).assert().success();
-        let mut sum = Crc::default();
+        let mut sum = Fnv::default();
         sum.add(&fs::read(folder.path(&format!("output/{name}.mcap"))).unwrap());
         hashes.push(format!("{name} {:016x}", sum.0));
     }
@@ -107,15 +107,15 @@ fn regression_the_recordings_of_the_built_in_scenarios() {
 }
 
 /// FNV-1a, 64 bits.
-struct Crc(u64);
+struct Fnv(u64);
 
-impl Default for Crc {
+impl Default for Fnv {
     fn default() -> Self {
         Self(0xcbf2_9ce4_8422_2325)
     }
 }
 
-impl Crc {
+impl Fnv {
     fn add(&mut self, bytes: &[u8]) {
         for &byte in bytes {
             self.0 = (self.0 ^ u64::from(byte)).wrapping_mul(0x0000_0100_0000_01b3);
