@@ -1,5 +1,6 @@
 //! The command line: one file a subcommand. Results go to standard output, everything else to standard error.
 
+mod analyze;
 mod check;
 mod inspect;
 mod new;
@@ -29,13 +30,14 @@ Examples:
   servosim run heart --set axes.x.pdff.kpp=120         the same with another gain
   servosim plot alpha heart                            lay two runs over each other
   servosim inspect output/alpha.mcap --csv             every sample as CSV
+  servosim analyze alpha.toml                          stability margins, Bode and Nyquist plots
   servosim new mine && servosim run mine.toml          start one of your own
 
 Exit codes:
   0  fine
   1  failed while running, or interrupted
   2  wrong usage, or an invalid scenario
-  3  a limit of the scenario was broken, or the loop locked up")]
+  3  a limit of the scenario was broken, or a loop locked up or is unstable")]
 struct Cli {
     #[command(subcommand)]
     command: Command,
@@ -49,6 +51,8 @@ enum Command {
     Plot(plot::PlotArgs),
     /// Tell what a recording holds, or export it as CSV
     Inspect(inspect::InspectArgs),
+    /// Tell how stable the servo loops are: margins, poles, step response; Bode and Nyquist plots
+    Analyze(analyze::AnalyzeArgs),
     /// Check scenarios without running them
     Check(check::CheckArgs),
     /// Write a commented scenario to start from
@@ -163,6 +167,7 @@ pub(crate) fn main() -> ExitCode {
         Command::Run(args) => run::run(args),
         Command::Plot(args) => plot::run(args),
         Command::Inspect(args) => inspect::run(args),
+        Command::Analyze(args) => analyze::run(args),
         Command::Check(args) => check::run(args),
         Command::New(args) => new::run(args),
         Command::Schema => schema::run(),
