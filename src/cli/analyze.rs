@@ -165,7 +165,7 @@ fn table(analysis: &Analysis<'_>, scenario: &Scenario) -> String {
         }
     }
     for (i, (warning, names)) in warnings.iter().enumerate() {
-        let _ = write!(out, "{}  {}: {warning}\n", if i == 0 { "\n" } else { "" }, names.join(" and "));
+        let _ = writeln!(out, "{}  {}: {warning}", if i == 0 { "\n" } else { "" }, names.join(" and "));
     }
     out
 }

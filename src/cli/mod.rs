@@ -3,6 +3,7 @@
 mod analyze;
 mod check;
 mod inspect;
+mod junit;
 mod new;
 mod output;
 mod plot;
@@ -10,6 +11,7 @@ mod progress;
 mod run;
 mod schema;
 mod table;
+mod test;
 
 use std::io::{self, IsTerminal, Write};
 use std::path::PathBuf;
@@ -31,6 +33,7 @@ Examples:
   servosim plot alpha heart                            lay two runs over each other
   servosim inspect output/alpha.mcap --csv             every sample as CSV
   servosim analyze alpha.toml                          stability margins, Bode and Nyquist plots
+  servosim test scenarios --junit report.xml           hold every scenario of a folder to its limits
   servosim new mine && servosim run mine.toml          start one of your own
 
 Exit codes:
@@ -49,6 +52,8 @@ enum Command {
     Run(run::RunArgs),
     /// Plot recordings, one or several laid over each other
     Plot(plot::PlotArgs),
+    /// Run many scenarios and hold each to its limits: a table, JUnit XML for CI
+    Test(test::TestArgs),
     /// Tell what a recording holds, or export it as CSV
     Inspect(inspect::InspectArgs),
     /// Tell how stable the servo loops are: margins, poles, step response; Bode and Nyquist plots
@@ -81,6 +86,33 @@ pub(crate) enum CliError {
     /// The run did not reach its end.
     #[error(transparent)]
     Simulation(#[from] SimulationError),
+    /// One scenario of a suite did not reach its end.
+    #[error("{scenario}: {source}")]
+    Run {
+        /// Which one.
+        scenario: String,
+        /// Why.
+        source: SimulationError,
+    },
+    /// Scenarios that were told of already failed.
+    #[error("{failed} of {count} scenarios failed while running")]
+    Failed {
+        /// How many did.
+        failed: usize,
+        /// How many there are.
+        count: usize,
+    },
+    /// The user stopped a suite.
+    #[error("interrupted after {done} of {count} scenarios")]
+    SuiteInterrupted {
+        /// How many were run.
+        done: usize,
+        /// How many there are.
+        count: usize,
+    },
+    /// The results of a suite could not be put into XML.
+    #[error("cannot write the JUnit XML: {0}")]
+    Junit(io::Error),
     /// The user stopped it.
     #[error("interrupted at t = {time_s:.3} s; the recording up to there is {}", recording.display())]
     Interrupted {
@@ -166,6 +198,7 @@ pub(crate) fn main() -> ExitCode {
     let outcome = match &cli.command {
         Command::Run(args) => run::run(args),
         Command::Plot(args) => plot::run(args),
+        Command::Test(args) => test::run(args),
         Command::Inspect(args) => inspect::run(args),
         Command::Analyze(args) => analyze::run(args),
         Command::Check(args) => check::run(args),

@@ -145,7 +145,7 @@ fn plots(args: &RunArgs, name: &str, recording: &Path, stop: &AtomicBool) -> Res
 }
 
 /// A flag that Ctrl-C raises, so that a run ends after a whole period; a second Ctrl-C ends the program at once.
-fn stop_flag() -> Arc<AtomicBool> {
+pub(crate) fn stop_flag() -> Arc<AtomicBool> {
     let flag = Arc::new(AtomicBool::new(false));
     let raised = Arc::clone(&flag);
     // Without a handler Ctrl-C just ends the program, which is no reason not to run.

@@ -197,8 +197,9 @@ fn told(margins: &Margins) -> String {
 fn nyquist(title: &str, axes: &[Drawn<'_>]) -> Sheet {
     let mut sheet = Sheet::default();
     let mut head = heading(title, "Nyquist plot of the loop transfer", axes);
-    head.subtitle = "Frequencies up to π/Δt, and their mirror image (thin); the circle around −1 that the curve touches has the radius 1/Ms"
-        .to_owned();
+    head.subtitle = String::from(
+        "Frequencies up to π/Δt, and their mirror image (thin); the circle around −1 that the curve touches has the radius 1/Ms",
+    );
     head.legend =
         axes.iter().map(|axis| Entry::line(axis.pen(), format!("{}: {}", axis.name, told(&axis.margins)))).collect();
     head.legend.push(Entry::line(REFERENCE, "|L| = 1"));
@@ -280,7 +281,7 @@ fn step(title: &str, axes: &[Drawn<'_>], settings: &LoopSettings) -> Sheet {
     });
     let end = longest.fold(10.0 * settings.period_s, f64::max);
     let mut head = heading(title, "response to a step of the position command", axes);
-    head.subtitle = "Linear: no voltage limit. The shaded band is ±2 %".to_owned();
+    head.subtitle = String::from("Linear: no voltage limit. The shaded band is ±2 %");
     head.legend = vec![
         Entry::line(Pen::solid(INK, CURVE_PX), "feedback alone"),
         Entry::line(Pen { dash: Some(THIN), ..Pen::solid(INK, CURVE_PX) }, "with the velocity feedforward"),
