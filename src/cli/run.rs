@@ -9,9 +9,8 @@ use servosim::recording::{Facts, Recorder};
 use servosim::report;
 use servosim::scenario::Document;
 use servosim::simulation::{Ending, Observer};
-use servosim::summary::Summary;
 
-use super::output::{make_folder, note, print, short};
+use super::output::{json, make_folder, note, print, short};
 use super::progress::Progress;
 use super::{CliError, Outcome, is_watched, plot, table};
 
@@ -45,15 +44,16 @@ pub(crate) struct RunArgs {
     quiet: bool,
 }
 
+/// Format of plots, or none.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
-enum Plots {
+pub(crate) enum Plots {
     Svg,
     Png,
     None,
 }
 
 impl Plots {
-    fn format(self) -> Option<report::Format> {
+    pub(crate) fn format(self) -> Option<report::Format> {
         match self {
             Self::Svg => Some(report::Format::Svg),
             Self::Png => Some(report::Format::Png),
@@ -62,8 +62,9 @@ impl Plots {
     }
 }
 
+/// What goes to standard output.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
-enum Format {
+pub(crate) enum Format {
     Table,
     Json,
 }
@@ -143,14 +144,8 @@ fn plots(args: &RunArgs, name: &str, recording: &Path, stop: &AtomicBool) -> Res
     Ok(report::write_all(&[data], &args.output, name, format)?)
 }
 
-fn json(summary: &Summary) -> Result<String, CliError> {
-    let mut text = serde_json::to_string_pretty(summary).map_err(|error| CliError::Stdout(error.into()))?;
-    text.push('\n');
-    Ok(text)
-}
-
 /// A flag that Ctrl-C raises, so that a run ends after a whole period; a second Ctrl-C ends the program at once.
-fn stop_flag() -> Arc<AtomicBool> {
+pub(crate) fn stop_flag() -> Arc<AtomicBool> {
     let flag = Arc::new(AtomicBool::new(false));
     let raised = Arc::clone(&flag);
     // Without a handler Ctrl-C just ends the program, which is no reason not to run.

@@ -1,10 +1,10 @@
 //! Plots into a folder.
 
 use std::fs;
-use std::io;
 use std::path::{Path, PathBuf};
 
-use super::{Format, PlotKind, ReportError, RunData, draw};
+use super::sheet::Sheet;
+use super::{Format, PlotKind, ReportError, RunData, drawn, plots};
 
 /// Draws every plot that applies to the runs and writes `STEM-path.svg`, `STEM-contour.svg`, `STEM-feedrate.svg`,
 /// `STEM-voltage.svg` and, when there was a search, `STEM-search.svg` into `folder` (made if missing; existing files are
@@ -15,34 +15,60 @@ use super::{Format, PlotKind, ReportError, RunData, draw};
 /// # Errors
 /// No run, a stem that is no plain file name, a plot that cannot be drawn, a file or folder that cannot be written.
 pub fn write_all(runs: &[RunData], folder: &Path, stem: &str, format: Format) -> Result<Vec<PathBuf>, ReportError> {
-    if stem.is_empty() || stem.chars().any(|c| matches!(c, '/' | '\\') || c.is_control()) {
-        return Err(ReportError::Stem { stem: stem.to_owned() });
-    }
+    check_stem(stem)?;
     if runs.is_empty() {
         return Err(ReportError::Nothing { kind: PlotKind::Path });
     }
-    let plots = PlotKind::ALL
+    let kinds = PlotKind::ALL.into_iter().filter(|kind| kind.applies_to(runs));
+    write_sheets(kinds.map(|kind| (kind.name(), plots::sheet(runs, kind))), folder, stem, format)
+}
+
+/// Writes each sheet as `STEM-NAME.svg` (or `.png`) into `folder`, which is made if it is missing; existing files are
+/// replaced. Returns the files in the order of the sheets. The way of every plot to its file, of runs and of anything else.
+///
+/// All sheets are drawn before the first is written, and each file appears under its name only when it is complete.
+///
+/// # Errors
+/// A stem that is no plain file name, a sheet that cannot be drawn, a file or folder that cannot be written.
+pub(super) fn write_sheets(
+    sheets: impl IntoIterator<Item = (&'static str, Sheet)>,
+    folder: &Path,
+    stem: &str,
+    format: Format,
+) -> Result<Vec<PathBuf>, ReportError> {
+    check_stem(stem)?;
+    let plots = sheets
         .into_iter()
-        .filter(|kind| kind.applies_to(runs))
-        .map(|kind| Ok((format!("{stem}-{}.{}", kind.name(), format.extension()), draw(runs, kind, format)?)))
+        .map(|(name, sheet)| Ok((format!("{stem}-{name}.{}", format.extension()), drawn(&sheet, name, format)?)))
         .collect::<Result<Vec<_>, ReportError>>()?;
     fs::create_dir_all(folder).map_err(|source| ReportError::Write { file: folder.to_owned(), source })?;
     let mut files = Vec::with_capacity(plots.len());
     for (name, bytes) in plots {
-        let file = folder.join(&name);
-        // Beside the final file, so that renaming never crosses file systems.
-        let unfinished = folder.join(format!(".{name}.{}.part", std::process::id()));
-        if let Err(source) = write_and_rename(&unfinished, &file, &bytes) {
-            // What could not be written is not left behind; that it cannot be removed either adds nothing.
-            let _ = fs::remove_file(&unfinished);
-            return Err(ReportError::Write { file, source });
-        }
+        let file = folder.join(name);
+        write_file(&file, &bytes)?;
         files.push(file);
     }
     Ok(files)
 }
 
-fn write_and_rename(unfinished: &Path, file: &Path, bytes: &[u8]) -> io::Result<()> {
-    fs::write(unfinished, bytes)?;
-    fs::rename(unfinished, file)
+fn check_stem(stem: &str) -> Result<(), ReportError> {
+    if stem.is_empty() || stem.chars().any(|c| matches!(c, '/' | '\\') || c.is_control()) {
+        return Err(ReportError::Stem { stem: stem.to_owned() });
+    }
+    Ok(())
+}
+
+/// Writes a whole file, an existing one is replaced: it appears under its name only when it is complete.
+///
+/// # Errors
+/// The file cannot be written; nothing is left of it, and an existing one is as it was.
+pub fn write_file(file: &Path, bytes: &[u8]) -> Result<(), ReportError> {
+    let name = file.file_name().map(|name| name.to_string_lossy().into_owned()).unwrap_or_default();
+    // Beside the final file, so that renaming never crosses file systems.
+    let unfinished = file.with_file_name(format!(".{name}.{}.part", std::process::id()));
+    fs::write(&unfinished, bytes).and_then(|()| fs::rename(&unfinished, file)).map_err(|source| {
+        // What could not be written is not left behind; that it cannot be removed either adds nothing.
+        let _ = fs::remove_file(&unfinished);
+        ReportError::Write { file: file.to_owned(), source }
+    })
 }

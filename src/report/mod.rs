@@ -12,6 +12,8 @@
 //! | [`PlotKind::Voltage`] | voltage of both axes with the saturation band |
 //! | [`PlotKind::Search`] | pattern search for `n_c`: objective, best point, mesh size and evaluations over iterations |
 //!
+//! [`write_loops`] draws the servo loops themselves: Bode, Nyquist, step response.
+//!
 //! The same runs give the same bytes. Text is laid out with the bundled font (`DejaVu` Sans); an SVG names it first and falls back
 //! to what the viewer has.
 
@@ -22,6 +24,7 @@ mod files;
 mod font;
 #[cfg(test)]
 mod layout_tests;
+mod loops;
 mod panel;
 mod pixels;
 mod plots;
@@ -31,7 +34,8 @@ use std::io;
 use std::path::PathBuf;
 
 pub use data::{MAX_BUCKETS, PlotSample, RunData, RunFacts};
-pub use files::write_all;
+pub use files::{write_all, write_file};
+pub use loops::write_loops;
 
 /// Which plot.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
@@ -103,10 +107,10 @@ pub enum ReportError {
         kind: PlotKind,
     },
     /// The drawing backend failed.
-    #[error("the {} plot could not be drawn: {reason}", kind.name())]
+    #[error("the {plot} plot could not be drawn: {reason}")]
     Draw {
-        /// Which plot.
-        kind: PlotKind,
+        /// Which plot, as in its file's name.
+        plot: &'static str,
         /// What the backend says.
         reason: String,
     },
@@ -134,10 +138,14 @@ pub fn draw(runs: &[RunData], kind: PlotKind, format: Format) -> Result<Vec<u8>,
     if !kind.applies_to(runs) {
         return Err(ReportError::Nothing { kind });
     }
-    let sheet = plots::sheet(runs, kind);
+    drawn(&plots::sheet(runs, kind), kind.name(), format)
+}
+
+/// The bytes of a sheet; `plot` is what messages and file names call it.
+fn drawn(sheet: &sheet::Sheet, plot: &'static str, format: Format) -> Result<Vec<u8>, ReportError> {
     let drawn = match format {
         Format::Svg => sheet.svg(),
         Format::Png => sheet.png(),
     };
-    drawn.map_err(|reason| ReportError::Draw { kind, reason })
+    drawn.map_err(|reason| ReportError::Draw { plot, reason })
 }

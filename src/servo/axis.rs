@@ -226,7 +226,7 @@ pub(crate) struct Law<L: Lane> {
 }
 
 /// `Δt - τ (1 - exp(-Δt/τ))` \[s\], with `gap = 1 - exp(-Δt/τ)`.
-fn coasting_s(dt: f64, tau: f64, gap: f64) -> f64 {
+pub(crate) fn coasting_s(dt: f64, tau: f64, gap: f64) -> f64 {
     let x = dt / tau;
     if x < 1e-4 {
         // The difference would cancel; the next term of the series is below 1e-18.

@@ -21,6 +21,7 @@ mod axis;
 mod lockup;
 mod parameters;
 
+pub(crate) use axis::coasting_s;
 pub use axis::{AxisLoop, AxisSignals};
 pub use lockup::{Lockup, LockupKind, LockupWatch};
 pub use parameters::{AxisParameters, Derivative, Drive, LoopSettings, Pdff, Plant, ServoError};
