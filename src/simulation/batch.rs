@@ -3,7 +3,7 @@
 use std::f64::consts::PI;
 
 use nalgebra::SVector;
-use pulp::{Arch, Simd, WithSimd};
+use pulp::{Arch, NullaryFnOnce, Simd, WithSimd};
 
 use super::course::{Course, RunFigures, Sample};
 use crate::lane::{Lane, Wide};
@@ -12,6 +12,9 @@ use crate::servo::{AxisLoop, AxisParameters, LockupWatch};
 
 /// Vector registers that one number of a batch takes: with two, one hides the waiting of the other.
 const REGISTERS: usize = 2;
+
+/// More lanes than there are on any machine.
+const MOST_LANES: usize = 64;
 
 /// Fewest saturated samples from which a lock-up is looked for (it takes a quarter of a second of saturation without a pause of
 /// 0.05 s).
@@ -124,7 +127,14 @@ impl<const A: usize> Batch<'_, A> {
             let plain = zero.every(square.le(zero.all(sample.around.plain_square)));
             let contour = match sample.around.pieces.first() {
                 Some(piece) if plain && A == 2 => piece.square(-lag[0], -lag[1]),
-                _ => self.course.around(sample, &lag, square),
+                // Out of the way of the usual case, but for the same instructions.
+                _ => simd.vectorize(Around {
+                    course: self.course,
+                    sample,
+                    lag: &lag,
+                    square,
+                    runs: self.parameters.len(),
+                }),
             };
             tally.contour_max = tally.contour_max.max_abs(contour);
             tally.contour_sum = tally.contour_sum + contour;
@@ -153,15 +163,22 @@ impl<const A: usize> Batch<'_, A> {
     }
 }
 
-impl<const A: usize> Course<'_, A> {
-    /// Squared distances where the setpoint's own piece is not good for every lane.
-    #[inline(never)]
-    fn around<S: Simd>(
-        &self,
-        sample: &Sample<A>,
-        lag: &[Wide<S, REGISTERS>; A],
-        square: Wide<S, REGISTERS>,
-    ) -> Wide<S, REGISTERS> {
+/// Squared distances where the setpoint's own piece is not good for every lane; of the first `runs` lanes, that is: the
+/// others are nobody's.
+struct Around<'b, S: Simd, const A: usize> {
+    course: &'b Course<'b, A>,
+    sample: &'b Sample<A>,
+    lag: &'b [Wide<S, REGISTERS>; A],
+    square: Wide<S, REGISTERS>,
+    runs: usize,
+}
+
+impl<S: Simd, const A: usize> NullaryFnOnce for Around<'_, S, A> {
+    type Output = Wide<S, REGISTERS>;
+
+    #[inline(always)]
+    fn call(self) -> Wide<S, REGISTERS> {
+        let Self { course, sample, lag, square, runs } = self;
         let mut contour = square;
         let mut found = square.ne(square);
         if A == 2
@@ -180,20 +197,25 @@ impl<const A: usize> Course<'_, A> {
             return contour;
         }
         let flags = square.all(1.0).or_else(found, square.all(0.0));
-        let exact = (0..Wide::<S, REGISTERS>::LANES).map(|lane| {
-            if flags.lanes().get(lane) == Some(&1.0) {
-                contour.lanes().get(lane).copied().unwrap_or(f64::NAN)
+        let (flags, known) = (flags.lanes(), contour.lanes());
+        let mut lanes = [0.0; MOST_LANES];
+        for (lane, exact) in lanes.iter_mut().enumerate().take(runs) {
+            *exact = if flags.get(lane) == Some(&1.0) {
+                known.get(lane).copied().unwrap_or(f64::NAN)
             } else {
-                let lag = SVector::from_fn(|axis, _| lag[axis].lanes().get(lane).copied().unwrap_or(f64::NAN));
-                self.exact_square(sample, &lag)
-            }
-        });
-        square.packed(exact)
+                course.exact_square(sample, &lag.map(|lag| lag.lanes().get(lane).copied().unwrap_or(f64::NAN)))
+            };
+        }
+        square.packed(lanes.into_iter())
     }
+}
 
+impl<const A: usize> Course<'_, A> {
     /// The squared contouring error \[mm²\] where the tool is behind the setpoint by `lag`, as
     /// [`ContourMeter`](crate::contour::ContourMeter) measures it.
-    fn exact_square(&self, sample: &Sample<A>, lag: &SVector<f64, A>) -> f64 {
+    #[inline(never)]
+    fn exact_square(&self, sample: &Sample<A>, lag: &[f64; A]) -> f64 {
+        let lag = SVector::from(*lag);
         let actual_mm = SVector::from(sample.command) + self.start_mm - lag;
         let reach = PI * lag.norm() + 1e-6;
         let distance_mm =

@@ -151,11 +151,19 @@ impl<'a, const A: usize> Course<'a, A> {
         for axis in parameters.iter().flatten() {
             axis.check()?;
         }
-        let mut figures = vec![RunFigures::none(); parameters.len()];
-        parameters
-            .par_chunks(lanes())
-            .zip(figures.par_chunks_mut(lanes()))
-            .for_each(|(parameters, figures)| Batch { course: self, parameters, contour, figures }.run());
+        // Runs that are about as far behind go side by side: what the far ones need then costs the others nothing.
+        let lags: Vec<f64> = parameters.iter().map(steady_lag_s).collect();
+        let mut order: Vec<usize> = (0..parameters.len()).collect();
+        order.par_sort_unstable_by(|&a, &b| lags[a].total_cmp(&lags[b]).then(a.cmp(&b)));
+        let mut found = vec![RunFigures::none(); parameters.len()];
+        order.par_chunks(lanes()).zip(found.par_chunks_mut(lanes())).for_each(|(order, figures)| {
+            let parameters: Vec<_> = order.iter().map(|&i| parameters[i]).collect();
+            Batch { course: self, parameters: &parameters, contour, figures }.run();
+        });
+        let mut figures = found.clone();
+        for (&i, found) in order.iter().zip(&found) {
+            figures[i] = *found;
+        }
         Ok(figures)
     }
 }
@@ -172,6 +180,14 @@ impl<const A: usize> RunFigures<A> {
             locked_up: false,
         }
     }
+}
+
+/// By how much the slower axis lags behind a ramp, per speed: `|1/r_g - kpf|/kpp` \[s\].
+fn steady_lag_s<const A: usize>(axes: &[AxisParameters; A]) -> f64 {
+    let lag = |axis: &AxisParameters| {
+        (1.0 / axis.drive.transmission_mm_rad - axis.pdff.kpf_rad_mm).abs() / axis.pdff.kpp_rad_s_mm
+    };
+    axes.iter().map(lag).fold(0.0, f64::max)
 }
 
 fn neighbourhood<const A: usize>(
