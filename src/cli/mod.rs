@@ -2,12 +2,14 @@
 
 mod check;
 mod inspect;
+mod merge;
 mod new;
 mod output;
 mod plot;
 mod progress;
 mod run;
 mod schema;
+mod sweep;
 mod table;
 
 use std::io::{self, IsTerminal, Write};
@@ -19,6 +21,7 @@ use servosim::recording::{ReadError, RecordingError};
 use servosim::report::ReportError;
 use servosim::scenario::ScenarioError;
 use servosim::simulation::SimulationError;
+use servosim::sweep::SweepError;
 
 /// Closed-loop servo simulation for CNC feed drives: from a tool path to the contouring error in micrometres.
 #[derive(Debug, Parser)]
@@ -27,6 +30,7 @@ use servosim::simulation::SimulationError;
 Examples:
   servosim run alpha.toml                              run a scenario: figures, recording and plots
   servosim run heart --set axes.x.pdff.kpp=120         the same with another gain
+  servosim sweep alpha --vary axes.x.pdff.kpp=60:140:81   the same at 81 gains: tables and a plot
   servosim plot alpha heart                            lay two runs over each other
   servosim inspect output/alpha.mcap --csv             every sample as CSV
   servosim new mine && servosim run mine.toml          start one of your own
@@ -45,6 +49,10 @@ struct Cli {
 enum Command {
     /// Run a scenario and print its figures
     Run(run::RunArgs),
+    /// Run a scenario at many points: a grid, or sampled
+    Sweep(sweep::SweepArgs),
+    /// Join the shards of a sweep
+    Merge(merge::MergeArgs),
     /// Plot recordings, one or several laid over each other
     Plot(plot::PlotArgs),
     /// Tell what a recording holds, or export it as CSV
@@ -91,6 +99,9 @@ pub(crate) enum CliError {
         /// The recording.
         recording: PathBuf,
     },
+    /// A sweep could not be set up, computed or written.
+    #[error(transparent)]
+    Sweep(SweepError),
     /// The recording could not be written.
     #[error(transparent)]
     Recording(#[from] RecordingError),
@@ -113,6 +124,15 @@ pub(crate) enum CliError {
     Stdout(io::Error),
 }
 
+impl From<SweepError> for CliError {
+    fn from(error: SweepError) -> Self {
+        match error {
+            SweepError::Scenario(error) => Self::Scenario(error),
+            other => Self::Sweep(other),
+        }
+    }
+}
+
 impl CliError {
     /// What to do, where the message of the library does not know the command line.
     fn help(&self) -> Option<&'static str> {
@@ -132,6 +152,12 @@ impl CliError {
             Self::Scenario(_)
             | Self::Invalid { .. }
             | Self::Usage(_)
+            | Self::Sweep(
+                SweepError::Request { .. }
+                | SweepError::TooMany { .. }
+                | SweepError::Unfit { .. }
+                | SweepError::NothingValid { .. },
+            )
             | Self::Report(ReportError::Stem { .. })
             | Self::Read(ReadError::Open { .. } | ReadError::Folder { .. })
             | Self::Recording(RecordingError::Occupied { .. } | RecordingError::Folder { .. }) => 2,
@@ -161,6 +187,8 @@ pub(crate) fn main() -> ExitCode {
     };
     let outcome = match &cli.command {
         Command::Run(args) => run::run(args),
+        Command::Sweep(args) => sweep::run(args),
+        Command::Merge(args) => merge::run(args),
         Command::Plot(args) => plot::run(args),
         Command::Inspect(args) => inspect::run(args),
         Command::Check(args) => check::run(args),

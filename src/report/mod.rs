@@ -26,12 +26,14 @@ mod panel;
 mod pixels;
 mod plots;
 mod sheet;
+mod sweep;
 
 use std::io;
 use std::path::PathBuf;
 
 pub use data::{MAX_BUCKETS, PlotSample, RunData, RunFacts};
 pub use files::write_all;
+pub use sweep::{SweepAxis, SweepCell, SweepPicture, SweepPlot};
 
 /// Which plot.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]

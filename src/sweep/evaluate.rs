@@ -1,0 +1,347 @@
+//! The figures at the points: axis parameters are written straight into the loop, other values make a new scenario.
+
+use std::collections::{HashMap, VecDeque};
+use std::ops::Range;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::{Arc, Mutex, PoisonError};
+
+use rayon::prelude::*;
+use serde::{Deserialize, Serialize};
+
+use super::definition::Sweep;
+use super::variable::Value;
+use crate::scenario::Scenario;
+use crate::servo::AxisParameters;
+
+/// What became of a point.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Status {
+    /// It ran, and no axis saturated.
+    Ok,
+    /// An axis saturated and recovered.
+    Saturated,
+    /// An axis locked up: its figures are those of a loop that is lost.
+    LockedUp,
+    /// A signal grew beyond all numbers: there are no figures.
+    Diverged,
+    /// The values make no valid scenario: there are no figures.
+    Invalid,
+}
+
+impl Status {
+    /// All of them, in the order of their codes in a journal.
+    pub const ALL: [Self; 5] = [Self::Ok, Self::Saturated, Self::LockedUp, Self::Diverged, Self::Invalid];
+
+    /// Its name in tables.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Ok => "ok",
+            Self::Saturated => "saturated",
+            Self::LockedUp => "locked_up",
+            Self::Diverged => "diverged",
+            Self::Invalid => "invalid",
+        }
+    }
+
+    /// Whether the loop did its work: it has figures, and they are those of a loop that follows.
+    pub fn is_sound(self) -> bool {
+        matches!(self, Self::Ok | Self::Saturated)
+    }
+}
+
+/// A figure of a run.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Figure(usize);
+
+/// Name, words and unit of every figure.
+const FIGURES: [(&str, &str, &str); 7] = [
+    ("max_contour_error_um", "max contouring error", "µm"),
+    ("rms_contour_error_um", "rms contouring error", "µm"),
+    ("max_tracking_error_um", "max tracking error", "µm"),
+    ("rms_tracking_error_um", "rms tracking error", "µm"),
+    ("peak_voltage_x_v", "peak voltage of X", "V"),
+    ("peak_voltage_y_v", "peak voltage of Y", "V"),
+    ("saturated_share", "share of saturated samples", ""),
+];
+
+const ALL: [Figure; FIGURES.len()] = [Figure(0), Figure(1), Figure(2), Figure(3), Figure(4), Figure(5), Figure(6)];
+
+impl Figure {
+    /// How many there are.
+    pub const COUNT: usize = FIGURES.len();
+
+    /// All of them, in the order of the tables' columns.
+    pub fn all() -> &'static [Self] {
+        &ALL
+    }
+
+    /// The figure of this name.
+    pub fn find(name: &str) -> Option<Self> {
+        ALL.into_iter().find(|figure| figure.name() == name)
+    }
+
+    fn facts(self) -> (&'static str, &'static str, &'static str) {
+        FIGURES.get(self.0).copied().unwrap_or(FIGURES[0])
+    }
+
+    /// Name of its column, with its unit.
+    pub fn name(self) -> &'static str {
+        self.facts().0
+    }
+
+    /// What it is, in words.
+    pub fn title(self) -> &'static str {
+        self.facts().1
+    }
+
+    /// Its unit; empty for a share.
+    pub fn unit(self) -> &'static str {
+        self.facts().2
+    }
+}
+
+/// Status and figures of points in a row.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct Rows {
+    /// One a point.
+    pub status: Vec<Status>,
+    /// All figures of the first point, of the second, …; NaN where there are none.
+    pub figures: Vec<f64>,
+}
+
+impl Rows {
+    /// How many points.
+    pub fn len(&self) -> usize {
+        self.status.len()
+    }
+
+    /// Whether there are none.
+    pub fn is_empty(&self) -> bool {
+        self.status.is_empty()
+    }
+
+    /// All figures of the point at `place`.
+    pub fn figures_of(&self, place: usize) -> &[f64] {
+        let width = FIGURES.len();
+        self.figures.get(place * width..(place + 1) * width).unwrap_or_default()
+    }
+
+    /// One figure of the point at `place`; NaN where there is none of this name.
+    pub fn figure(&self, place: usize, name: &str) -> f64 {
+        Figure::find(name).and_then(|figure| self.figures_of(place).get(figure.0).copied()).unwrap_or(f64::NAN)
+    }
+}
+
+impl Figure {
+    /// Its place among all figures.
+    pub(super) fn place(self) -> usize {
+        self.0
+    }
+}
+
+/// What one point comes to.
+type Row = (Status, [f64; FIGURES.len()]);
+
+const NOTHING: [f64; FIGURES.len()] = [f64::NAN; FIGURES.len()];
+
+/// Points that are run together.
+const BATCH: usize = 64;
+
+/// Scenarios that are kept.
+const CACHED: usize = 32;
+
+type Prepared = Result<Arc<Scenario>, String>;
+
+/// The last scenarios that were made, by what was set in them.
+#[derive(Debug, Default)]
+pub(super) struct ScenarioCache(Mutex<VecDeque<(Vec<String>, Prepared)>>);
+
+impl ScenarioCache {
+    fn get(&self, settings: &[String], make: impl FnOnce() -> Prepared) -> Prepared {
+        let lock = || self.0.lock().unwrap_or_else(PoisonError::into_inner);
+        if let Some((_, known)) = lock().iter().find(|(known, _)| known == settings) {
+            return known.clone();
+        }
+        // Made without the lock: several may be made at once.
+        let made = make();
+        let mut kept = lock();
+        kept.push_front((settings.to_vec(), made.clone()));
+        kept.truncate(CACHED);
+        made
+    }
+}
+
+impl Sweep {
+    /// Status and figures of the points in `range`, computed on all cores; none where `stop` was raised.
+    ///
+    /// What a point comes to does not depend on the range or the number of cores.
+    pub fn evaluate(&self, range: Range<u64>, stop: Option<&AtomicBool>) -> Option<Rows> {
+        let range = range.start..range.end.min(self.count());
+        let points: Vec<Vec<Value>> = range.into_par_iter().map(|index| self.values(index)).collect();
+        // Points with the same scenario are run together.
+        let mut groups: Vec<(Vec<String>, Vec<usize>)> = Vec::new();
+        let mut known: HashMap<Vec<String>, usize> = HashMap::new();
+        for (place, values) in points.iter().enumerate() {
+            let settings = self.settings(values);
+            let group = *known.entry(settings).or_insert_with_key(|settings| {
+                groups.push((settings.clone(), Vec::new()));
+                groups.len() - 1
+            });
+            if let Some((_, places)) = groups.get_mut(group) {
+                places.push(place);
+            }
+        }
+        let batches: Vec<(&[String], &[usize])> = groups
+            .iter()
+            .flat_map(|(settings, places)| places.chunks(BATCH).map(|places| (settings.as_slice(), places)))
+            .collect();
+        let done: Vec<Vec<Row>> = batches
+            .par_iter()
+            .map(|(settings, places)| {
+                if stop.is_some_and(|stop| stop.load(Ordering::Relaxed)) {
+                    return None;
+                }
+                let values: Vec<&[Value]> =
+                    places.iter().filter_map(|&place| Some(points.get(place)?.as_slice())).collect();
+                Some(self.batch(settings, &values))
+            })
+            .collect::<Option<_>>()?;
+        let mut rows = Rows { status: vec![Status::Invalid; points.len()], figures: Vec::new() };
+        rows.figures.resize(points.len() * FIGURES.len(), f64::NAN);
+        for ((_, places), found) in batches.iter().zip(done) {
+            for (&place, (status, figures)) in places.iter().zip(found) {
+                if let Some(slot) = rows.status.get_mut(place) {
+                    *slot = status;
+                }
+                if let Some(slot) = rows.figures.get_mut(place * FIGURES.len()..(place + 1) * FIGURES.len()) {
+                    slot.copy_from_slice(&figures);
+                }
+            }
+        }
+        Some(rows)
+    }
+
+    /// Why the values of a point cannot be run; none where they can.
+    pub fn why_invalid(&self, index: u64) -> Option<String> {
+        let values = self.values(index);
+        match self.prepared(&self.settings(&values)) {
+            Err(reason) => Some(reason),
+            Ok(scenario) => self.axes(&scenario, &values).iter().find_map(|axis| Some(axis.check().err()?.to_string())),
+        }
+    }
+
+    /// What has to be set in the scenario's text.
+    fn settings(&self, values: &[Value]) -> Vec<String> {
+        let variables = self.definition.variables.iter().zip(&self.axis_values).zip(values);
+        variables
+            .filter(|((_, axis), _)| axis.is_none())
+            .map(|((variable, _), value)| variable.setting(value))
+            .collect()
+    }
+
+    fn prepared(&self, settings: &[String]) -> Prepared {
+        if settings.is_empty() {
+            return Ok(Arc::new(self.scenario.clone()));
+        }
+        self.cache.get(settings, || {
+            let mut document = self.document.clone();
+            for setting in settings {
+                document.set(setting).map_err(|error| error.to_string())?;
+            }
+            document.scenario().map(Arc::new).map_err(|error| error.to_string())
+        })
+    }
+
+    /// The axes at a point.
+    fn axes(&self, scenario: &Scenario, values: &[Value]) -> [AxisParameters; 2] {
+        let mut axes = scenario.axes;
+        for (target, value) in self.axis_values.iter().zip(values) {
+            if let (Some(target), Some(number)) = (target, value.number())
+                && let Some(axis) = axes.get_mut(target.axis)
+            {
+                *(target.pick)(axis) = number;
+            }
+        }
+        axes
+    }
+
+    fn batch(&self, settings: &[String], points: &[&[Value]]) -> Vec<Row> {
+        let Ok(scenario) = self.prepared(settings) else { return vec![(Status::Invalid, NOTHING); points.len()] };
+        let axes: Vec<[AxisParameters; 2]> = points.iter().map(|values| self.axes(&scenario, values)).collect();
+        let is_valid = |axes: &[AxisParameters; 2]| axes.iter().all(|axis| axis.check().is_ok());
+        let valid: Vec<[AxisParameters; 2]> = axes.iter().copied().filter(is_valid).collect();
+        let mut found = engine::run(&scenario, &valid).into_iter();
+        axes.iter()
+            .map(|axes| {
+                if !is_valid(axes) {
+                    return (Status::Invalid, NOTHING);
+                }
+                found.next().map_or((Status::Diverged, NOTHING), |figures| row(&figures))
+            })
+            .collect()
+    }
+}
+
+fn row(run: &engine::RunFigures) -> Row {
+    let figures = [
+        run.max_contour_error_um,
+        run.rms_contour_error_um,
+        run.max_tracking_error_um,
+        run.rms_tracking_error_um,
+        run.peak_voltage_v[0],
+        run.peak_voltage_v[1],
+        run.saturated_share,
+    ];
+    if figures.iter().any(|figure| !figure.is_finite()) {
+        return (Status::Diverged, NOTHING);
+    }
+    let status = if run.locked_up {
+        Status::LockedUp
+    } else if run.saturated_share > 0.0 {
+        Status::Saturated
+    } else {
+        Status::Ok
+    };
+    (status, figures)
+}
+
+/// The runs themselves, one after another by the plain simulation.
+mod engine {
+    use crate::scenario::Scenario;
+    use crate::servo::AxisParameters;
+    use crate::simulation::Simulation;
+    use crate::summary::SummaryObserver;
+
+    /// Figures of one run; not finite where the loop diverged.
+    pub(super) struct RunFigures {
+        pub(super) max_contour_error_um: f64,
+        pub(super) rms_contour_error_um: f64,
+        pub(super) max_tracking_error_um: f64,
+        pub(super) rms_tracking_error_um: f64,
+        pub(super) peak_voltage_v: [f64; 2],
+        pub(super) saturated_share: f64,
+        pub(super) locked_up: bool,
+    }
+
+    pub(super) fn run(scenario: &Scenario, axes: &[[AxisParameters; 2]]) -> Vec<RunFigures> {
+        axes.iter().map(|axes| one(scenario, *axes)).collect()
+    }
+
+    fn one(scenario: &Scenario, axes: [AxisParameters; 2]) -> RunFigures {
+        let mut observer = SummaryObserver::new(String::new());
+        let run = Simulation::new(&*scenario.path, &scenario.motion, axes, scenario.settings)
+            .and_then(|simulation| simulation.run(&scenario.limits, None, &mut [&mut observer]));
+        let summary = observer.summary();
+        let voltage = |axis: usize| summary.axes.get(axis).map_or(f64::NAN, |axis| axis.peak_voltage_v);
+        RunFigures {
+            max_contour_error_um: if run.is_ok() { summary.max_contour_error_um } else { f64::NAN },
+            rms_contour_error_um: summary.rms_contour_error_um,
+            max_tracking_error_um: summary.max_tracking_error_um,
+            rms_tracking_error_um: summary.rms_tracking_error_um,
+            peak_voltage_v: [voltage(0), voltage(1)],
+            saturated_share: summary.saturated_share,
+            locked_up: summary.locked_up,
+        }
+    }
+}
