@@ -156,6 +156,7 @@ impl CliError {
                 SweepError::Request { .. }
                 | SweepError::TooMany { .. }
                 | SweepError::Unfit { .. }
+                | SweepError::Foreign { .. }
                 | SweepError::NothingValid { .. },
             )
             | Self::Report(ReportError::Stem { .. })

@@ -7,7 +7,7 @@ use serde::{Deserialize, Serialize};
 use super::error::SweepError;
 use super::evaluate::{Figure, ScenarioCache};
 use super::sampling::Sampling;
-use super::variable::{AxisValue, Value, Variable, axis_value};
+use super::variable::{AxisValue, Value, Values, Variable, axis_value};
 use super::{MAX_POINTS, MAX_VARIABLES, sobol};
 use crate::scenario::{Document, Scenario};
 
@@ -20,7 +20,7 @@ const FORMAT: u32 = 1;
 pub enum Method {
     /// Every combination of the values; the last variable changes fastest.
     Grid,
-    /// One point in each of as many strata of every variable as there are points (McKay, Beckman and Conover 1979).
+    /// One point in each of as many strata of every variable as there are points (`McKay`, Beckman and Conover 1979).
     LatinHypercube,
     /// A scrambled Sobol sequence: fills the space more evenly than chance.
     Sobol,
@@ -155,6 +155,14 @@ impl Sweep {
                     "give all of its values in one --vary",
                 ));
             }
+            // A word that the scenario does not take is a slip, not a point without figures.
+            if let Values::List(values) = &variable.values {
+                for value in values.iter().filter(|value| value.number().is_none()) {
+                    let mut trial = document.clone();
+                    trial.set(&variable.setting(value))?;
+                    trial.scenario()?;
+                }
+            }
             variables.push(variable);
         }
         let method = method(plan, &variables);
@@ -272,7 +280,7 @@ fn method(plan: &Plan, variables: &[Variable]) -> Method {
     plan.method.unwrap_or_else(|| {
         if plan.samples.is_none() && variables.iter().all(|variable| variable.values.count().is_some()) {
             Method::Grid
-        } else if variables.iter().any(|variable| matches!(variable.values, super::Values::Normal { .. })) {
+        } else if variables.iter().any(|variable| matches!(variable.values, Values::Normal { .. })) {
             Method::MonteCarlo
         } else {
             Method::LatinHypercube

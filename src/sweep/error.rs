@@ -38,6 +38,15 @@ pub enum SweepError {
         /// What to do.
         help: String,
     },
+    /// A file that no sweep has written stands where a journal should.
+    #[error(
+        "{} is not a journal of a sweep\nhelp: move it away, name another file, or another folder with --output",
+        file.display()
+    )]
+    Foreign {
+        /// The file.
+        file: PathBuf,
+    },
     /// A journal or part whose bytes are not those that were written.
     #[error("{} is damaged: {what}\nhelp: {help}", file.display())]
     Damaged {

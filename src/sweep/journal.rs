@@ -159,7 +159,7 @@ pub struct Journal {
 
 /// What a file holds.
 pub(super) enum Content {
-    Journal(Journal),
+    Journal(Box<Journal>),
     /// Cut off within the header, or empty: nothing is lost with it.
     Beginning,
 }
@@ -181,7 +181,7 @@ impl Journal {
             return Err(SweepError::unfit(format!("{} is a folder", path.display()), "name the parts: DIR/*.part"));
         }
         match Self::read(path, &file, MERGE_HELP)? {
-            Content::Journal(journal) => Ok(journal),
+            Content::Journal(journal) => Ok(*journal),
             Content::Beginning => Err(SweepError::unfit(
                 format!("{} ends before its first point", path.display()),
                 "run its shard again: it goes on from there",
@@ -201,10 +201,7 @@ impl Journal {
         (&mut reader).take(MAGIC.len() as u64 + 4).read_to_end(&mut fixed).map_err(failed)?;
         let magic = fixed.get(..MAGIC.len().min(fixed.len())).unwrap_or_default();
         if !MAGIC.starts_with(magic) {
-            return Err(SweepError::unfit(
-                format!("{} is not a journal of a sweep", path.display()),
-                "move it away, or name another folder with --output",
-            ));
+            return Err(SweepError::Foreign { file: path.to_owned() });
         }
         let Some(Ok(header_length)) = fixed.get(MAGIC.len()..).map(<[u8; 4]>::try_from) else {
             return Ok(Content::Beginning);
@@ -243,7 +240,7 @@ impl Journal {
         if whole && length > journal.end() {
             return Err(damaged(format!("{} bytes follow its last block", length - journal.end())));
         }
-        Ok(Content::Journal(journal))
+        Ok(Content::Journal(Box::new(journal)))
     }
 
     /// Where it is.

@@ -95,7 +95,12 @@ impl<'a> Session<'a> {
             let _ = fs::remove_file(&path);
             return Ok(Self { sweep, journal, file, start: Start::Finished, part: None });
         }
-        let found = if fresh { Content::Beginning } else { Journal::read(&path, &file, FRESH)? };
+        let found = match Journal::read(&path, &file, FRESH) {
+            // What is no journal is not thrown away.
+            Err(error) if !fresh || matches!(error, SweepError::Foreign { .. }) => return Err(error),
+            Ok(found) if !fresh => found,
+            _ => Content::Beginning,
+        };
         let (journal, start) = match found {
             Content::Journal(journal) => {
                 if let Some(what) = sweep.definition().difference(journal.definition()) {
@@ -106,7 +111,7 @@ impl<'a> Session<'a> {
                 }
                 file.set_len(journal.end()).map_err(write)?;
                 let done = journal.done();
-                (journal, if done == 0 { Start::New } else { Start::Resumed(done) })
+                (*journal, if done == 0 { Start::New } else { Start::Resumed(done) })
             }
             Content::Beginning => {
                 let (bytes, hash) = header.encode().map_err(write)?;

@@ -23,16 +23,14 @@ pub(super) fn sheet(picture: &SweepPicture) -> Sheet {
     let is_shown = |value: f64| value <= BEYOND * rare || logarithmic;
     let range = Range::of(values.iter().copied().filter(|value| is_shown(*value)));
     let beyond = values.iter().filter(|value| !is_shown(**value)).count();
-    let pens = [[7.0, 4.0], [30.0, 0.1], [7.0, 4.0], [3.0, 3.0]]
+    let pens = [[4.0, 3.0], [30.0, 0.1], [9.0, 4.0], [2.0, 2.0]]
         .map(|[on, off]| Pen { dash: (off > 1.0).then_some(Dash::new(on, off)), ..Pen::solid(INK, 1.5) });
     for ((percent, value), pen) in percentiles.iter().zip(pens) {
         head.legend.push(Entry::line(pen, format!("{percent} %: {}", with_unit(picture, *value))));
     }
     if let Some(largest) = values.last() {
-        head.subtitle.push_str(&format!("; largest {}", with_unit(picture, *largest)));
-        if beyond > 0 {
-            head.subtitle.push_str(&format!(" ({beyond} beyond the right end)"));
-        }
+        let beyond = if beyond > 0 { format!(" ({beyond} beyond the right end)") } else { String::new() };
+        head.subtitle = format!("{}; largest {}{beyond}", head.subtitle, with_unit(picture, *largest));
     }
     let space = head.draw(&mut sheet);
     if range.is_empty() {
