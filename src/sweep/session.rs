@@ -1,9 +1,10 @@
 //! A sweep, or one shard of it, computed into a journal that a kill does not harm.
 
 use std::fs::{self, File, OpenOptions, TryLockError};
-use std::io::{self, Seek, SeekFrom, Write};
+use std::io::{self, Read, Seek, SeekFrom, Write};
 use std::path::{Path, PathBuf};
 use std::sync::atomic::AtomicBool;
+use std::time::Duration;
 
 use super::definition::Sweep;
 use super::error::SweepError;
@@ -12,8 +13,10 @@ use super::journal::{Content, Header, Journal, Shard, encode_block};
 /// What to do about a journal that cannot be gone on with.
 const FRESH: &str = "--fresh throws it away and starts anew, --output DIR writes to another folder";
 
-/// Control periods that a block takes, about: a tenth of a second to a second of work.
-const BLOCK_PERIODS: u64 = 1 << 24;
+/// Control periods that a block takes, about: at most a second of work.
+const BLOCK_PERIODS: u64 = 1 << 23;
+/// A sweep has at least so many blocks where they do not become tiny: that share of it is lost with a kill.
+const LEAST_BLOCKS: u64 = 32;
 
 /// How a session starts.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -115,6 +118,13 @@ impl<'a> Session<'a> {
             }
             Content::Beginning => {
                 let (bytes, hash) = header.encode().map_err(write)?;
+                if !fresh && !is_beginning(&file, &bytes).map_err(write)? {
+                    return Err(SweepError::Damaged {
+                        file: path,
+                        what: "its header does not end".to_owned(),
+                        help: FRESH,
+                    });
+                }
                 file.set_len(0).map_err(write)?;
                 (&file).rewind().and_then(|()| (&file).write_all(&bytes)).map_err(write)?;
                 (Journal::new(path.clone(), header, hash, bytes.len() as u64), Start::New)
@@ -183,11 +193,19 @@ impl<'a> Session<'a> {
     }
 }
 
+/// Whether the file is the beginning of `bytes`: what a kill leaves of a header.
+fn is_beginning(mut file: &File, bytes: &[u8]) -> io::Result<bool> {
+    file.rewind()?;
+    let mut there = Vec::new();
+    file.take(bytes.len() as u64 + 1).read_to_end(&mut there)?;
+    Ok(bytes.starts_with(&there))
+}
+
 /// A number of points that depends on the sweep alone.
 #[allow(clippy::cast_possible_truncation)] // clamped
 fn default_block(sweep: &Sweep) -> u32 {
     let periods = sweep.scenario().simulation().map_or(1000, |simulation| simulation.samples()).max(1);
-    (BLOCK_PERIODS / periods).clamp(16, 1 << 14) as u32
+    (BLOCK_PERIODS / periods).min(sweep.count() / LEAST_BLOCKS).clamp(16, 1 << 14) as u32
 }
 
 /// The journal, locked: a second session with the same one is refused while this one lasts.
@@ -199,7 +217,8 @@ fn open_locked(path: &Path) -> Result<File, SweepError> {
             "wait for it, or name another folder with --output",
         )
     };
-    for _ in 0..4 {
+    // A moment of patience: a process that another thread starts holds the lock until it has become its program.
+    for _ in 0..20 {
         if fs::metadata(path).is_ok_and(|meta| !meta.is_file()) {
             return Err(SweepError::unfit(
                 format!("{} exists and is not a journal", path.display()),
@@ -208,7 +227,8 @@ fn open_locked(path: &Path) -> Result<File, SweepError> {
         }
         let file = OpenOptions::new().read(true).write(true).create(true).truncate(false).open(path).map_err(failed)?;
         if let Err(TryLockError::WouldBlock) = file.try_lock() {
-            return Err(busy());
+            std::thread::sleep(Duration::from_millis(10));
+            continue;
         }
         // Another session may have finished with it, and removed it, before it was locked.
         if path.exists() {
