@@ -42,7 +42,7 @@ fn alpha() -> Document {
 }
 
 fn plan(method: Method, samples: u64, seed: u64) -> Plan {
-    Plan { method: Some(method), samples: Some(samples), seed }
+    Plan { method: Some(method), samples: Some(samples), seed, margins: false }
 }
 
 fn grid(document: &Document, vary: &[&str]) -> Sweep {
@@ -61,7 +61,7 @@ fn refused(vary: &[&str], plan: &Plan) -> String {
 fn computed(sweep: &Sweep, folder: &Path, block: u32) -> Exported {
     let session = Session::open(sweep, folder, Shard::WHOLE, false, Some(block)).unwrap();
     let journal = session.compute(None, &mut |_| {}).unwrap();
-    export(sweep, &[journal], folder, Figure::all()[0], None).unwrap()
+    export(sweep, &[journal], folder, Figure::MAX_CONTOUR_ERROR, None).unwrap()
 }
 
 /// The bytes of both tables.
@@ -120,7 +120,7 @@ fn validates_latin_hypercubes_by_their_strata() {
 
 /// Square of the L2 star discrepancy (Warnock 1972) of points in the unit cube.
 fn discrepancy(points: &[Vec<f64>]) -> f64 {
-    let (n, d) = (points.len() as f64, points[0].len() as i32);
+    let (n, d) = (points.len() as f64, i32::try_from(points[0].len()).unwrap());
     let one: f64 = points.iter().map(|p| p.iter().map(|x| 0.5 * (1.0 - x * x)).product::<f64>()).sum();
     let pairs = points.iter().flat_map(|p| points.iter().map(move |q| (p, q)));
     let two: f64 = pairs.map(|(p, q)| p.iter().zip(q).map(|(x, y)| 1.0 - x.max(*y)).product::<f64>()).sum();
@@ -260,7 +260,7 @@ fn a_point_that_makes_no_scenario_is_a_row() {
     let sweep = grid(&line(), &["axes.x.pdff.kpp=-2,-1"]);
     let session = Session::open(&sweep, folder.path(), Shard::WHOLE, true, None).unwrap();
     let journal = session.compute(None, &mut |_| {}).unwrap();
-    let error = export(&sweep, &[journal], folder.path(), Figure::all()[0], None).unwrap_err().to_string();
+    let error = export(&sweep, &[journal], folder.path(), Figure::MAX_CONTOUR_ERROR, None).unwrap_err().to_string();
     assert!(error.contains("none of the 2 points can be run") && error.contains("kpp = -2"), "{error}");
 }
 
@@ -285,7 +285,7 @@ fn too_many_points_are_refused_with_their_number() {
 
 #[test]
 fn what_makes_no_sense_is_refused_with_what_to_write() {
-    let long = "axes.x.pdff.kpp=".to_owned() + &vec!["1"; 9].join(",");
+    let long = "axes.x.pdff.kpp=".to_owned() + &["1"; 9].join(",");
     for (vary, wanted) in [
         ("axes.x.pdff.kpp=140:60:3", "the lower one comes first: 60:140:3"),
         ("axes.x.pdff.kpp=60:60:3", "both bounds are the same"),
@@ -337,7 +337,10 @@ fn what_makes_no_sense_is_refused_with_what_to_write() {
 
 /// A small sweep with an invalid point, its tables, and its journal as it is before it is removed.
 fn small(folder: &Path) -> (Sweep, [Vec<u8>; 2], Vec<u8>) {
-    let sweep = grid(&line(), &["axes.x.pdff.kpp=-1,60,97", "axes.y.pdff.kpp=80,97"]);
+    // A few samples a run: this sweep is computed thousands of times.
+    let mut document = line();
+    document.set("control.period_s=0.02").unwrap();
+    let sweep = grid(&document, &["axes.x.pdff.kpp=-1,60,97", "axes.y.pdff.kpp=80,97"]);
     computed(&sweep, folder, 2);
     let journal = fs::read(folder.join("line-sweep.journal")).unwrap();
     (sweep, tables(folder, "line"), journal)
@@ -365,7 +368,7 @@ fn a_kill_at_any_byte_loses_nothing_and_changes_no_byte() {
         assert_eq!(fs::read(&path).unwrap(), journal, "cut at {cut}");
         // The tables follow from the journal; a few cuts show it.
         if cut % 97 == 0 || cut == journal.len() {
-            export(&sweep, &[finished], folder.path(), Figure::all()[0], None).unwrap();
+            export(&sweep, &[finished], folder.path(), Figure::MAX_CONTOUR_ERROR, None).unwrap();
             assert_eq!(tables(folder.path(), "line"), tables_whole, "cut at {cut}");
         }
     }
@@ -473,7 +476,7 @@ fn shards_join_to_the_bytes_of_the_whole() {
         assert!(ranges.windows(2).all(|pair| pair[0].end == pair[1].start && !pair[0].is_empty()));
         parts.reverse();
         let (joined, journals) = merge(&parts).unwrap();
-        export(&joined, &journals, folder.path(), Figure::all()[0], None).unwrap();
+        export(&joined, &journals, folder.path(), Figure::MAX_CONTOUR_ERROR, None).unwrap();
         assert_eq!(tables(folder.path(), "line"), tables(whole.path(), "line"), "{of} shards");
         // A shard that is there already is not computed again.
         let session = Session::open(&sweep, folder.path(), Shard { index: 1, of }, false, None).unwrap();

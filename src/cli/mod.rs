@@ -1,7 +1,9 @@
 //! The command line: one file a subcommand. Results go to standard output, everything else to standard error.
 
+mod analyze;
 mod check;
 mod inspect;
+mod junit;
 mod merge;
 mod new;
 mod output;
@@ -11,6 +13,7 @@ mod run;
 mod schema;
 mod sweep;
 mod table;
+mod test;
 
 use std::io::{self, IsTerminal, Write};
 use std::path::PathBuf;
@@ -33,13 +36,15 @@ Examples:
   servosim sweep alpha --vary axes.x.pdff.kpp=60:140:81   the same at 81 gains: tables and a plot
   servosim plot alpha heart                            lay two runs over each other
   servosim inspect output/alpha.mcap --csv             every sample as CSV
+  servosim analyze alpha.toml                          stability margins, Bode and Nyquist plots
+  servosim test scenarios --junit report.xml           hold every scenario of a folder to its limits
   servosim new mine && servosim run mine.toml          start one of your own
 
 Exit codes:
   0  fine
   1  failed while running, or interrupted
   2  wrong usage, or an invalid scenario
-  3  a limit of the scenario was broken, or the loop locked up")]
+  3  a limit of the scenario was broken, or a loop locked up or is unstable")]
 struct Cli {
     #[command(subcommand)]
     command: Command,
@@ -55,8 +60,12 @@ enum Command {
     Merge(merge::MergeArgs),
     /// Plot recordings, one or several laid over each other
     Plot(plot::PlotArgs),
+    /// Run many scenarios and hold each to its limits: a table, JUnit XML for CI
+    Test(test::TestArgs),
     /// Tell what a recording holds, or export it as CSV
     Inspect(inspect::InspectArgs),
+    /// Tell how stable the servo loops are: margins, poles, step response; Bode and Nyquist plots
+    Analyze(analyze::AnalyzeArgs),
     /// Check scenarios without running them
     Check(check::CheckArgs),
     /// Write a commented scenario to start from
@@ -85,6 +94,33 @@ pub(crate) enum CliError {
     /// The run did not reach its end.
     #[error(transparent)]
     Simulation(#[from] SimulationError),
+    /// One scenario of a suite did not reach its end.
+    #[error("{scenario}: {source}")]
+    Run {
+        /// Which one.
+        scenario: String,
+        /// Why.
+        source: SimulationError,
+    },
+    /// Scenarios that were told of already failed.
+    #[error("{failed} of {count} scenarios failed while running")]
+    Failed {
+        /// How many did.
+        failed: usize,
+        /// How many there are.
+        count: usize,
+    },
+    /// The user stopped a suite.
+    #[error("interrupted after {done} of {count} scenarios")]
+    SuiteInterrupted {
+        /// How many were run.
+        done: usize,
+        /// How many there are.
+        count: usize,
+    },
+    /// The results of a suite could not be put into XML.
+    #[error("cannot write the JUnit XML: {0}")]
+    Junit(io::Error),
     /// The user stopped it.
     #[error("interrupted at t = {time_s:.3} s; the recording up to there is {}", recording.display())]
     Interrupted {
@@ -191,7 +227,9 @@ pub(crate) fn main() -> ExitCode {
         Command::Sweep(args) => sweep::run(args),
         Command::Merge(args) => merge::run(args),
         Command::Plot(args) => plot::run(args),
+        Command::Test(args) => test::run(args),
         Command::Inspect(args) => inspect::run(args),
+        Command::Analyze(args) => analyze::run(args),
         Command::Check(args) => check::run(args),
         Command::New(args) => new::run(args),
         Command::Schema => schema::run(),

@@ -52,6 +52,9 @@ pub(crate) struct SweepArgs {
     /// Seed of the sampled methods
     #[arg(long, value_name = "N", default_value_t = 0)]
     seed: u64,
+    /// Add the margins of every point's loops to the tables (peak sensitivity, gain, phase and delay margins of both axes)
+    #[arg(long)]
+    margins: bool,
     /// Compute the I-th of N parts only, for `servosim merge`
     #[arg(long, value_name = "I/N", value_parser = shard)]
     shard: Option<Shard>,
@@ -111,7 +114,7 @@ fn shard(text: &str) -> Result<Shard, String> {
 
 fn figure_of(name: &str) -> Result<Figure, String> {
     Figure::find(name).ok_or_else(|| {
-        let known: Vec<&str> = Figure::all().iter().map(|figure| figure.name()).collect();
+        let known: Vec<&str> = Figure::all(true).map(Figure::name).collect();
         format!("known here: {}", known.join(", "))
     })
 }
@@ -122,7 +125,8 @@ pub(crate) fn run(args: &SweepArgs) -> Result<Found, CliError> {
     for key_value in &args.set {
         document.set(key_value)?;
     }
-    let plan = Plan { method: args.method.map(Method::from), samples: args.samples, seed: args.seed };
+    let margins = args.margins || args.finish.figure.is_margin();
+    let plan = Plan { method: args.method.map(Method::from), samples: args.samples, seed: args.seed, margins };
     let sweep = Sweep::new(&document, &args.vary, &plan)?;
     let stop = run::stop_flag();
     let finish = &args.finish;

@@ -12,6 +12,8 @@
 //! | [`PlotKind::Voltage`] | voltage of both axes with the saturation band |
 //! | [`PlotKind::Search`] | pattern search for `n_c`: objective, best point, mesh size and evaluations over iterations |
 //!
+//! [`write_loops`] draws the servo loops themselves: Bode, Nyquist, step response.
+//!
 //! The same runs give the same bytes. Text is laid out with the bundled font (`DejaVu` Sans); an SVG names it first and falls back
 //! to what the viewer has.
 
@@ -22,6 +24,7 @@ mod files;
 mod font;
 #[cfg(test)]
 mod layout_tests;
+mod loops;
 mod panel;
 mod pixels;
 mod plots;
@@ -32,7 +35,8 @@ use std::io;
 use std::path::PathBuf;
 
 pub use data::{MAX_BUCKETS, PlotSample, RunData, RunFacts};
-pub use files::write_all;
+pub use files::{write_all, write_file};
+pub use loops::write_loops;
 pub use sweep::{SweepAxis, SweepCell, SweepPicture, SweepPlot};
 
 /// Which plot.

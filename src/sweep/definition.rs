@@ -49,6 +49,8 @@ pub struct Plan {
     pub samples: Option<u64>,
     /// Seed of the sampled methods.
     pub seed: u64,
+    /// Whether the margins of every point's loops are computed too.
+    pub margins: bool,
 }
 
 /// Everything that the points and figures of a sweep depend on.
@@ -176,7 +178,7 @@ impl Sweep {
             method,
             count,
             seed: if method == Method::Grid { 0 } else { plan.seed },
-            figures: Figure::all().iter().map(|figure| figure.name().to_owned()).collect(),
+            figures: Figure::all(plan.margins).map(|figure| figure.name().to_owned()).collect(),
         };
         Ok(Self::assemble(definition, document.clone(), scenario))
     }
@@ -195,15 +197,16 @@ impl Sweep {
         }
         let document = Document::from_text(definition.scenario_toml.as_str(), format!("{}.toml", definition.scenario));
         let scenario = document.scenario()?;
-        let plan = Plan { method: Some(definition.method), samples: Some(definition.count), seed: definition.seed };
-        let known: Vec<&str> = Figure::all().iter().map(|figure| figure.name()).collect();
+        let (method, count_given) = (Some(definition.method), Some(definition.count));
+        let plan = Plan { method, samples: count_given, seed: definition.seed, margins: false };
+        let is_known = |margins| Figure::all(margins).map(Figure::name).eq(definition.figures.iter());
         let sampled = definition.method != Method::Grid;
         let plan = if sampled { plan } else { Plan { samples: None, ..plan } };
         if definition.variables.is_empty()
             || definition.variables.len() > MAX_VARIABLES
             || definition.variables.iter().any(|variable| variable.values.count() == Some(0))
             || definition.count != count(definition.method, &plan, &definition.variables)?
-            || definition.figures != known
+            || !(is_known(false) || is_known(true))
         {
             return Err(SweepError::unfit("the definition of the sweep is not sound", "compute the sweep anew"));
         }
@@ -234,6 +237,11 @@ impl Sweep {
     /// The scenario that is varied.
     pub fn scenario(&self) -> &Scenario {
         &self.scenario
+    }
+
+    /// The figures of every point, in the order of the tables' columns.
+    pub fn figures(&self) -> impl Iterator<Item = Figure> {
+        Figure::all(true).take(self.definition.figures.len())
     }
 
     /// How many points it has.

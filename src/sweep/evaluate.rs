@@ -10,6 +10,7 @@ use serde::{Deserialize, Serialize};
 
 use super::definition::Sweep;
 use super::variable::Value;
+use crate::analysis::{Margins, margins};
 use crate::scenario::Scenario;
 use crate::servo::AxisParameters;
 
@@ -50,38 +51,49 @@ impl Status {
     }
 }
 
-/// A figure of a run.
+/// A figure of a point.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Figure(usize);
 
-/// Name, words and unit of every figure.
-const FIGURES: [(&str, &str, &str); 7] = [
-    ("max_contour_error_um", "max contouring error", "µm"),
-    ("rms_contour_error_um", "rms contouring error", "µm"),
-    ("max_tracking_error_um", "max tracking error", "µm"),
-    ("rms_tracking_error_um", "rms tracking error", "µm"),
-    ("peak_voltage_x_v", "peak voltage of X", "V"),
-    ("peak_voltage_y_v", "peak voltage of Y", "V"),
-    ("saturated_share", "share of saturated samples", ""),
+/// Name, words and unit of every figure, and whether more of it is better: those of the run, then the margins.
+const FIGURES: [(&str, &str, &str, bool); 17] = [
+    ("max_contour_error_um", "max contouring error", "µm", false),
+    ("rms_contour_error_um", "rms contouring error", "µm", false),
+    ("max_tracking_error_um", "max tracking error", "µm", false),
+    ("rms_tracking_error_um", "rms tracking error", "µm", false),
+    ("peak_voltage_x_v", "peak voltage of X", "V", false),
+    ("peak_voltage_y_v", "peak voltage of Y", "V", false),
+    ("saturated_share", "share of saturated samples", "", false),
+    ("peak_sensitivity_x", "peak sensitivity Ms of X", "", false),
+    ("peak_sensitivity_y", "peak sensitivity Ms of Y", "", false),
+    ("gain_down_x", "lower end of the gain margin of X", "", false),
+    ("gain_down_y", "lower end of the gain margin of Y", "", false),
+    ("gain_up_x", "upper end of the gain margin of X", "", true),
+    ("gain_up_y", "upper end of the gain margin of Y", "", true),
+    ("phase_margin_x_deg", "phase margin of X", "°", true),
+    ("phase_margin_y_deg", "phase margin of Y", "°", true),
+    ("delay_margin_x_s", "delay margin of X", "s", true),
+    ("delay_margin_y_s", "delay margin of Y", "s", true),
 ];
 
-const ALL: [Figure; FIGURES.len()] = [Figure(0), Figure(1), Figure(2), Figure(3), Figure(4), Figure(5), Figure(6)];
+/// How many of them are of the run.
+const OF_THE_RUN: usize = 7;
 
 impl Figure {
-    /// How many there are.
-    pub const COUNT: usize = FIGURES.len();
+    /// Largest contouring error, either side \[µm\].
+    pub const MAX_CONTOUR_ERROR: Self = Self(0);
 
-    /// All of them, in the order of the tables' columns.
-    pub fn all() -> &'static [Self] {
-        &ALL
+    /// Those of the run, and with `margins` those of the loops, in the order of the tables' columns.
+    pub fn all(margins: bool) -> impl Iterator<Item = Self> {
+        (0..if margins { FIGURES.len() } else { OF_THE_RUN }).map(Self)
     }
 
     /// The figure of this name.
     pub fn find(name: &str) -> Option<Self> {
-        ALL.into_iter().find(|figure| figure.name() == name)
+        Self::all(true).find(|figure| figure.name() == name)
     }
 
-    fn facts(self) -> (&'static str, &'static str, &'static str) {
+    fn facts(self) -> (&'static str, &'static str, &'static str, bool) {
         FIGURES.get(self.0).copied().unwrap_or(FIGURES[0])
     }
 
@@ -99,6 +111,21 @@ impl Figure {
     pub fn unit(self) -> &'static str {
         self.facts().2
     }
+
+    /// Whether more of it is better.
+    pub fn is_better_large(self) -> bool {
+        self.facts().3
+    }
+
+    /// Whether it is a margin of a loop ([`crate::analysis::Margins`]) rather than a figure of the run.
+    pub fn is_margin(self) -> bool {
+        self.0 >= OF_THE_RUN
+    }
+
+    /// Its place among all figures.
+    pub(super) fn place(self) -> usize {
+        self.0
+    }
 }
 
 /// Status and figures of points in a row.
@@ -106,7 +133,9 @@ impl Figure {
 pub struct Rows {
     /// One a point.
     pub status: Vec<Status>,
-    /// All figures of the first point, of the second, …; NaN where there are none.
+    /// Figures of a point.
+    pub width: usize,
+    /// All figures of the first point, of the second, …; NaN where there are none. A margin may be infinite.
     pub figures: Vec<f64>,
 }
 
@@ -123,20 +152,12 @@ impl Rows {
 
     /// All figures of the point at `place`.
     pub fn figures_of(&self, place: usize) -> &[f64] {
-        let width = FIGURES.len();
-        self.figures.get(place * width..(place + 1) * width).unwrap_or_default()
+        self.figures.get(place * self.width..(place + 1) * self.width).unwrap_or_default()
     }
 
     /// One figure of the point at `place`; NaN where there is none of this name.
     pub fn figure(&self, place: usize, name: &str) -> f64 {
         Figure::find(name).and_then(|figure| self.figures_of(place).get(figure.0).copied()).unwrap_or(f64::NAN)
-    }
-}
-
-impl Figure {
-    /// Its place among all figures.
-    pub(super) fn place(self) -> usize {
-        self.0
     }
 }
 
@@ -207,15 +228,19 @@ impl Sweep {
                 Some(self.batch(settings, &values))
             })
             .collect::<Option<_>>()?;
-        let mut rows = Rows { status: vec![Status::Invalid; points.len()], figures: Vec::new() };
-        rows.figures.resize(points.len() * FIGURES.len(), f64::NAN);
+        let width = self.definition.figures.len();
+        let mut rows = Rows {
+            status: vec![Status::Invalid; points.len()],
+            width,
+            figures: vec![f64::NAN; points.len() * width],
+        };
         for ((_, places), found) in batches.iter().zip(done) {
             for (&place, (status, figures)) in places.iter().zip(found) {
                 if let Some(slot) = rows.status.get_mut(place) {
                     *slot = status;
                 }
-                if let Some(slot) = rows.figures.get_mut(place * FIGURES.len()..(place + 1) * FIGURES.len()) {
-                    slot.copy_from_slice(&figures);
+                for (slot, figure) in rows.figures.iter_mut().skip(place * width).take(width).zip(figures) {
+                    *slot = figure;
                 }
             }
         }
@@ -277,14 +302,28 @@ impl Sweep {
                 if !is_valid(axes) {
                     return (Status::Invalid, NOTHING);
                 }
-                found.next().map_or((Status::Diverged, NOTHING), |figures| row(&figures))
+                let (status, mut figures) = found.next().map_or((Status::Diverged, NOTHING), |figures| row(&figures));
+                // A loop that diverged in the run has margins all the same: none.
+                if self.definition.figures.len() > OF_THE_RUN {
+                    let loops = axes.each_ref().map(|axis| margins(axis, &scenario.settings));
+                    let of_each: [fn(&Margins) -> f64; 5] = [
+                        |m| m.peak_sensitivity,
+                        |m| m.gain_down,
+                        |m| m.gain_up,
+                        |m| m.phase_margin_deg,
+                        |m| m.delay_margin_s,
+                    ];
+                    let all = of_each.iter().flat_map(|pick| loops.each_ref().map(pick));
+                    figures.iter_mut().skip(OF_THE_RUN).zip(all).for_each(|(slot, margin)| *slot = margin);
+                }
+                (status, figures)
             })
             .collect()
     }
 }
 
 fn row(run: &engine::RunFigures) -> Row {
-    let figures = [
+    let of_the_run = [
         run.max_contour_error_um,
         run.rms_contour_error_um,
         run.max_tracking_error_um,
@@ -293,9 +332,11 @@ fn row(run: &engine::RunFigures) -> Row {
         run.peak_voltage_v[1],
         run.saturated_share,
     ];
-    if figures.iter().any(|figure| !figure.is_finite()) {
+    if of_the_run.iter().any(|figure| !figure.is_finite()) {
         return (Status::Diverged, NOTHING);
     }
+    let mut figures = NOTHING;
+    figures.iter_mut().zip(of_the_run).for_each(|(slot, figure)| *slot = figure);
     let status = if run.locked_up {
         Status::LockedUp
     } else if run.saturated_share > 0.0 {

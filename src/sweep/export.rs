@@ -53,6 +53,12 @@ pub fn export(
     figure: Figure,
     stop: Option<&AtomicBool>,
 ) -> Result<Exported, SweepError> {
+    if !sweep.figures().any(|known| known == figure) {
+        return Err(SweepError::request(
+            format!("the sweep has no {}: it was computed without margins", figure.name()),
+            "compute it anew with --margins, or choose another --figure",
+        ));
+    }
     let kept = match journals {
         [one] => format!("{} keeps every point; the same command goes on from there", one.path().display()),
         _ => "the parts keep every point; the same command starts again from them".to_owned(),
@@ -129,7 +135,7 @@ fn write_csv_header(out: &mut impl Write, sweep: &Sweep) -> io::Result<()> {
         write!(out, ",{}", variable.key)?;
     }
     out.write_all(b",status")?;
-    for figure in Figure::all() {
+    for figure in sweep.figures() {
         write!(out, ",{}", figure.name())?;
     }
     writeln!(out)
@@ -149,7 +155,8 @@ fn csv_row(line: &mut String, index: u64, values: &[Value], status: Status, figu
     line.push_str(status.name());
     for figure in figures {
         line.push(',');
-        if figure.is_finite() {
+        // (An infinite margin is written as `inf`.)
+        if !figure.is_nan() {
             let _ = write_number(line, *figure);
         }
     }
@@ -214,7 +221,7 @@ impl ParquetTable {
         }
         fields.push(text("status")?);
         columns.push(Column::Text(Vec::new()));
-        for figure in Figure::all() {
+        for figure in sweep.figures() {
             fields.push(field(figure.name(), Physical::DOUBLE, Repetition::OPTIONAL, None)?);
             columns.push(Column::Figure(Vec::new(), Vec::new()));
         }
@@ -245,8 +252,8 @@ impl ParquetTable {
         }
         for (column, figure) in columns.zip(figures) {
             if let Column::Figure(numbers, there) = column {
-                there.push(i16::from(figure.is_finite()));
-                numbers.extend(Some(*figure).filter(|figure| figure.is_finite()));
+                there.push(i16::from(!figure.is_nan()));
+                numbers.extend(Some(*figure).filter(|figure| !figure.is_nan()));
             }
         }
         self.rows += 1;

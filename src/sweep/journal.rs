@@ -8,7 +8,7 @@
 //! | 32 | SHA-256 of all before |
 //! | then for every block: 8 | number of the block, from 0 |
 //! | 4 | points in it |
-//! | 57 a point | status (1 byte) and figures (8 bytes each, IEEE 754) |
+//! | … | for every point: status (1 byte) and figures (8 bytes each, IEEE 754) |
 //! | 8 | the first bytes of the SHA-256 of the header's hash and the block |
 //!
 //! Numbers are little-endian. Every block but the last has the header's number of points, so that each byte has its place: a
@@ -24,7 +24,7 @@ use sha2::{Digest, Sha256};
 
 use super::definition::Definition;
 use super::error::SweepError;
-use super::evaluate::{Figure, Rows, Status};
+use super::evaluate::{Rows, Status};
 
 pub(super) const MAGIC: &[u8; 17] = b"servosim sweep 1\n";
 
@@ -87,19 +87,23 @@ impl Header {
         self.points().saturating_sub(block * full).min(full)
     }
 
+    /// Figures of a point.
+    fn width(&self) -> usize {
+        self.definition.figures.len()
+    }
+
     pub(super) fn blocks(&self) -> u64 {
         self.points().div_ceil(u64::from(self.block_points.max(1)))
     }
 }
 
-/// Bytes of a point.
-const POINT: usize = 1 + 8 * Figure::COUNT;
 
 /// Bytes of a block around its points: number and length before, checksum behind.
 const FRAME: (usize, usize) = (12, 8);
 
-fn block_bytes(points: u64) -> usize {
-    usize::try_from(points).unwrap_or(usize::MAX / POINT - 1) * POINT + FRAME.0 + FRAME.1
+/// Length of a block of so many points with so many figures.
+fn block_bytes(points: u64, width: usize) -> usize {
+    usize::try_from(points).unwrap_or(usize::MAX).saturating_mul(1 + 8 * width).saturating_add(FRAME.0 + FRAME.1)
 }
 
 fn checksum(hash: &[u8; 32], block: &[u8]) -> [u8; 8] {
@@ -109,7 +113,7 @@ fn checksum(hash: &[u8; 32], block: &[u8]) -> [u8; 8] {
 
 /// A block as it stands in the file.
 pub(super) fn encode_block(hash: &[u8; 32], block: u64, rows: &Rows) -> Vec<u8> {
-    let mut bytes = Vec::with_capacity(block_bytes(rows.len() as u64));
+    let mut bytes = Vec::with_capacity(block_bytes(rows.len() as u64, rows.width));
     bytes.extend(block.to_le_bytes());
     bytes.extend(u32::try_from(rows.len()).unwrap_or(u32::MAX).to_le_bytes());
     for (place, status) in rows.status.iter().enumerate() {
@@ -122,7 +126,7 @@ pub(super) fn encode_block(hash: &[u8; 32], block: u64, rows: &Rows) -> Vec<u8> 
 }
 
 /// What is wrong with a block.
-fn decode_block(hash: &[u8; 32], block: u64, points: u64, bytes: &[u8]) -> Result<Rows, &'static str> {
+fn decode_block(hash: &[u8; 32], block: u64, points: u64, width: usize, bytes: &[u8]) -> Result<Rows, &'static str> {
     let (body, sum) = bytes.split_at(bytes.len().saturating_sub(FRAME.1));
     if checksum(hash, body) != sum {
         return Err("its checksum does not fit");
@@ -132,10 +136,10 @@ fn decode_block(hash: &[u8; 32], block: u64, points: u64, bytes: &[u8]) -> Resul
     if number != block.to_le_bytes() || length != u32::try_from(points).unwrap_or(u32::MAX).to_le_bytes() {
         return Err("it is another block");
     }
-    let mut rows = Rows::default();
+    let mut rows = Rows { width, ..Rows::default() };
     while let Some((code, figures)) = rest.split_first() {
         rows.status.push(Status::ALL.get(usize::from(*code)).copied().ok_or("it has a status that is not known")?);
-        let (now, later) = figures.split_at((POINT - 1).min(figures.len()));
+        let (now, later) = figures.split_at((8 * width).min(figures.len()));
         rows.figures.extend(
             now.chunks_exact(8)
                 .map(|bytes| f64::from_le_bytes(std::array::from_fn(|i| bytes.get(i).copied().unwrap_or(0)))),
@@ -270,7 +274,7 @@ impl Journal {
 
     /// Where the next block goes.
     pub(super) fn end(&self) -> u64 {
-        let bytes = |block: u64| block_bytes(self.header.block_len(block)) as u64;
+        let bytes = |block: u64| block_bytes(self.header.block_len(block), self.header.width()) as u64;
         // All blocks but the last are of one length.
         self.start + self.blocks.checked_sub(1).map_or(0, |last| last * bytes(0) + bytes(last))
     }
@@ -336,14 +340,15 @@ impl<'a, R: Read> Blocks<'a, R> {
         if points == 0 {
             return Ok(Next::End);
         }
-        let length = block_bytes(points);
+        let width = self.header.width();
+        let length = block_bytes(points, width);
         self.bytes.clear();
         let read = (&mut self.reader).take(length as u64).read_to_end(&mut self.bytes);
         read.map_err(|source| SweepError::Read { file: self.path.to_owned(), source })?;
         if self.bytes.len() < length {
             return Ok(Next::Cut);
         }
-        let rows = decode_block(self.hash, self.block, points, &self.bytes).map_err(|what| SweepError::Damaged {
+        let rows = decode_block(self.hash, self.block, points, width, &self.bytes).map_err(|what| SweepError::Damaged {
             file: self.path.to_owned(),
             what: format!("block {} of {} is not what was written: {what}", self.block + 1, self.header.blocks()),
             help: MERGE_HELP,

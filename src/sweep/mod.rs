@@ -41,7 +41,7 @@ pub use session::{Session, Start};
 pub use shards::merge;
 pub use variable::{Value, Values, Variable};
 
-/// Most points of a sweep: a journal of 6.5 GB and tables of some 30 GB; percentiles and plots need 2 GB of memory.
+/// Most points of a sweep: a journal of 6 GB and tables of some 30 GB; percentiles and plots need 2 GB of memory.
 pub const MAX_POINTS: u64 = 100_000_000;
 
 /// Most variables of a sweep.

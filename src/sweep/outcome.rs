@@ -9,14 +9,14 @@ use super::variable::Value;
 /// The percentiles of [`Outcome::percentiles`].
 pub const PERCENTILES: [u32; 5] = [5, 50, 95, 99, 100];
 
-/// The point with the smallest figure.
+/// The point with the best figure: the smallest error, the largest margin.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Best {
     /// Its number.
     pub index: u64,
     /// Values of the variables, in their order.
     pub values: Vec<Value>,
-    /// Its figures, in the order of [`Figure::all`].
+    /// Its figures, in the order of [`Outcome::figures`].
     pub figures: Vec<f64>,
 }
 
@@ -45,7 +45,7 @@ pub struct Outcome {
     pub figures: Vec<String>,
     /// The figure that `best` and `percentiles` are of.
     pub figure: String,
-    /// The point with the smallest figure, of those that are ok or saturated; none where there is none.
+    /// The point with the best figure, of those that are ok or saturated; none where there is none.
     pub best: Option<Best>,
     /// The figure's [`PERCENTILES`] (nearest rank; the last is the largest) over all points that have figures, those that
     /// locked up among them; none where there is none.
@@ -75,7 +75,8 @@ impl Tally {
             return;
         };
         self.figures.push(figure);
-        if status.is_sound() && self.best.as_ref().is_none_or(|(best, ..)| figure < *best) {
+        let is_better = |best: f64| if self.figure.is_better_large() { figure > best } else { figure < best };
+        if status.is_sound() && self.best.as_ref().is_none_or(|(best, ..)| is_better(*best)) {
             self.best = Some((figure, index, figures.to_vec()));
         }
     }

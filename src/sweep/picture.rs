@@ -73,7 +73,8 @@ impl Sketch {
     pub(super) fn push(&mut self, sweep: &Sweep, index: u64, values: &[Value], status: Status, figures: &[f64]) {
         let cell = match status {
             Status::Ok | Status::Saturated => {
-                figures.get(self.figure.place()).map_or(SweepCell::Missing, |figure| SweepCell::Figure(*figure))
+                let figure = figures.get(self.figure.place()).filter(|figure| figure.is_finite());
+                figure.map_or(SweepCell::Missing, |figure| SweepCell::Figure(*figure))
             }
             Status::LockedUp => SweepCell::LockedUp,
             Status::Diverged | Status::Invalid => SweepCell::Missing,
@@ -121,7 +122,7 @@ impl Sketch {
                 points.sort_by(|a, b| a.0.total_cmp(&b.0));
             }
             SweepPlot::Histogram { values, percentiles } => {
-                *values = figures.to_vec();
+                *values = figures.iter().copied().filter(|figure| figure.is_finite()).collect();
                 if let Some(found) = outcome.percentiles {
                     *percentiles = PERCENTILES.into_iter().zip(found).filter(|(percent, _)| *percent < 100).collect();
                 }

@@ -59,7 +59,7 @@ fn missing_entries(cells: impl Iterator<Item = SweepCell>) -> Vec<Entry> {
     let entry = |colour, text: &str| Entry { symbol: Symbol::Area(colour), text: text.to_owned() };
     let mut entries = Vec::new();
     entries.extend(locked.then(|| entry(LOCKED, "locked up")));
-    entries.extend(missing.then(|| entry(MISSING, "invalid or diverged")));
+    entries.extend(missing.then(|| entry(MISSING, "no figure (invalid, diverged)")));
     entries
 }
 
