@@ -12,7 +12,9 @@ use super::definition::Sweep;
 use super::variable::Value;
 use crate::analysis::{Margins, margins};
 use crate::scenario::Scenario;
-use crate::servo::AxisParameters;
+use crate::servo::{AxisParameters, LoopSettings};
+use crate::simulation::{Course, RunFigures, Simulation};
+use crate::summary::SummaryObserver;
 
 /// What became of a point.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Serialize, Deserialize)]
@@ -166,9 +168,6 @@ type Row = (Status, [f64; FIGURES.len()]);
 
 const NOTHING: [f64; FIGURES.len()] = [f64::NAN; FIGURES.len()];
 
-/// Points that are run together.
-const BATCH: usize = 64;
-
 /// Scenarios that are kept.
 const CACHED: usize = 32;
 
@@ -213,28 +212,17 @@ impl Sweep {
                 places.push(place);
             }
         }
-        let batches: Vec<(&[String], &[usize])> = groups
-            .iter()
-            .flat_map(|(settings, places)| places.chunks(BATCH).map(|places| (settings.as_slice(), places)))
-            .collect();
-        let done: Vec<Vec<Row>> = batches
+        let done: Vec<Vec<Row>> = groups
             .par_iter()
             .map(|(settings, places)| {
-                if stop.is_some_and(|stop| stop.load(Ordering::Relaxed)) {
-                    return None;
-                }
-                let values: Vec<&[Value]> =
-                    places.iter().filter_map(|&place| Some(points.get(place)?.as_slice())).collect();
-                Some(self.batch(settings, &values))
+                let values: Vec<&[Value]> = places.iter().filter_map(|&i| Some(points.get(i)?.as_slice())).collect();
+                self.group(settings, &values, stop)
             })
             .collect::<Option<_>>()?;
         let width = self.definition.figures.len();
-        let mut rows = Rows {
-            status: vec![Status::Invalid; points.len()],
-            width,
-            figures: vec![f64::NAN; points.len() * width],
-        };
-        for ((_, places), found) in batches.iter().zip(done) {
+        let mut rows =
+            Rows { status: vec![Status::Invalid; points.len()], width, figures: vec![f64::NAN; points.len() * width] };
+        for ((_, places), found) in groups.iter().zip(done) {
             for (&place, (status, figures)) in places.iter().zip(found) {
                 if let Some(slot) = rows.status.get_mut(place) {
                     *slot = status;
@@ -291,38 +279,44 @@ impl Sweep {
         axes
     }
 
-    fn batch(&self, settings: &[String], points: &[&[Value]]) -> Vec<Row> {
-        let Ok(scenario) = self.prepared(settings) else { return vec![(Status::Invalid, NOTHING); points.len()] };
-        let axes: Vec<[AxisParameters; 2]> = points.iter().map(|values| self.axes(&scenario, values)).collect();
-        let is_valid = |axes: &[AxisParameters; 2]| axes.iter().all(|axis| axis.check().is_ok());
-        let valid: Vec<[AxisParameters; 2]> = axes.iter().copied().filter(is_valid).collect();
-        let mut found = engine::run(&scenario, &valid).into_iter();
-        axes.iter()
-            .map(|axes| {
+    /// Points with the same settings; none where `stop` was raised.
+    fn group(&self, settings: &[String], points: &[&[Value]], stop: Option<&AtomicBool>) -> Option<Vec<Row>> {
+        let invalid = (Status::Invalid, NOTHING);
+        let Ok(scenario) = self.prepared(settings) else { return Some(vec![invalid; points.len()]) };
+        let engine = Engine::new(&scenario);
+        let mut rows = Vec::with_capacity(points.len());
+        for points in points.chunks(engine.batch()) {
+            if stop.is_some_and(|stop| stop.load(Ordering::Relaxed)) {
+                return None;
+            }
+            let axes: Vec<[AxisParameters; 2]> = points.iter().map(|values| self.axes(&scenario, values)).collect();
+            let is_valid = |axes: &[AxisParameters; 2]| axes.iter().all(|axis| axis.check().is_ok());
+            let valid: Vec<[AxisParameters; 2]> = axes.iter().copied().filter(is_valid).collect();
+            let mut found = engine.run(&valid).into_iter();
+            rows.extend(axes.iter().map(|axes| {
                 if !is_valid(axes) {
-                    return (Status::Invalid, NOTHING);
+                    return invalid;
                 }
-                let (status, mut figures) = found.next().map_or((Status::Diverged, NOTHING), |figures| row(&figures));
-                // A loop that diverged in the run has margins all the same: none.
+                let (status, mut figures) = found.next().flatten().map_or((Status::Diverged, NOTHING), |run| row(&run));
                 if self.definition.figures.len() > OF_THE_RUN {
-                    let loops = axes.each_ref().map(|axis| margins(axis, &scenario.settings));
-                    let of_each: [fn(&Margins) -> f64; 5] = [
-                        |m| m.peak_sensitivity,
-                        |m| m.gain_down,
-                        |m| m.gain_up,
-                        |m| m.phase_margin_deg,
-                        |m| m.delay_margin_s,
-                    ];
-                    let all = of_each.iter().flat_map(|pick| loops.each_ref().map(pick));
-                    figures.iter_mut().skip(OF_THE_RUN).zip(all).for_each(|(slot, margin)| *slot = margin);
+                    add_margins(&mut figures, axes, &scenario.settings);
                 }
                 (status, figures)
-            })
-            .collect()
+            }));
+        }
+        Some(rows)
     }
 }
 
-fn row(run: &engine::RunFigures) -> Row {
+fn add_margins(figures: &mut [f64], axes: &[AxisParameters; 2], settings: &LoopSettings) {
+    const OF_EACH: [fn(&Margins) -> f64; 5] =
+        [|m| m.peak_sensitivity, |m| m.gain_down, |m| m.gain_up, |m| m.phase_margin_deg, |m| m.delay_margin_s];
+    let loops = axes.each_ref().map(|axis| margins(axis, settings));
+    let all = OF_EACH.iter().flat_map(|pick| loops.each_ref().map(pick));
+    figures.iter_mut().skip(OF_THE_RUN).zip(all).for_each(|(slot, margin)| *slot = margin);
+}
+
+fn row(run: &RunFigures<2>) -> Row {
     let of_the_run = [
         run.max_contour_error_um,
         run.rms_contour_error_um,
@@ -347,42 +341,51 @@ fn row(run: &engine::RunFigures) -> Row {
     (status, figures)
 }
 
-/// The runs themselves, one after another by the plain simulation.
-mod engine {
-    use crate::scenario::Scenario;
-    use crate::servo::AxisParameters;
-    use crate::simulation::Simulation;
-    use crate::summary::SummaryObserver;
+/// What runs many axes along the path of one scenario.
+enum Engine<'a> {
+    /// Side by side.
+    Course(Course<'a, 2>),
+    /// One by one: a course would be too long to be kept.
+    Single(&'a Scenario),
+}
 
-    /// Figures of one run; not finite where the loop diverged.
-    pub(super) struct RunFigures {
-        pub(super) max_contour_error_um: f64,
-        pub(super) rms_contour_error_um: f64,
-        pub(super) max_tracking_error_um: f64,
-        pub(super) rms_tracking_error_um: f64,
-        pub(super) peak_voltage_v: [f64; 2],
-        pub(super) saturated_share: f64,
-        pub(super) locked_up: bool,
+impl<'a> Engine<'a> {
+    fn new(scenario: &'a Scenario) -> Self {
+        scenario.course().map_or(Self::Single(scenario), Self::Course)
     }
 
-    pub(super) fn run(scenario: &Scenario, axes: &[[AxisParameters; 2]]) -> Vec<RunFigures> {
-        axes.iter().map(|axes| one(scenario, *axes)).collect()
-    }
-
-    fn one(scenario: &Scenario, axes: [AxisParameters; 2]) -> RunFigures {
-        let mut observer = SummaryObserver::new(String::new());
-        let run = Simulation::new(&*scenario.path, &scenario.motion, axes, scenario.settings)
-            .and_then(|simulation| simulation.run(&scenario.limits, None, &mut [&mut observer]));
-        let summary = observer.summary();
-        let voltage = |axis: usize| summary.axes.get(axis).map_or(f64::NAN, |axis| axis.peak_voltage_v);
-        RunFigures {
-            max_contour_error_um: if run.is_ok() { summary.max_contour_error_um } else { f64::NAN },
-            rms_contour_error_um: summary.rms_contour_error_um,
-            max_tracking_error_um: summary.max_tracking_error_um,
-            rms_tracking_error_um: summary.rms_tracking_error_um,
-            peak_voltage_v: [voltage(0), voltage(1)],
-            saturated_share: summary.saturated_share,
-            locked_up: summary.locked_up,
+    /// How many points to hand it at a time: a second of work at most, so that it can be stopped.
+    fn batch(&self) -> usize {
+        match self {
+            Self::Course(course) => {
+                usize::try_from((1 << 24) / course.samples().max(1)).unwrap_or(1).clamp(64, 1 << 14)
+            }
+            Self::Single(_) => 16,
         }
     }
+
+    /// The figures of each; none where a loop diverged.
+    fn run(&self, axes: &[[AxisParameters; 2]]) -> Vec<Option<RunFigures<2>>> {
+        match self {
+            Self::Course(course) => course.run(axes).map_or(Vec::new(), |runs| runs.into_iter().map(Some).collect()),
+            Self::Single(scenario) => axes.par_iter().map(|axes| single(scenario, *axes)).collect(),
+        }
+    }
+}
+
+fn single(scenario: &Scenario, axes: [AxisParameters; 2]) -> Option<RunFigures<2>> {
+    let mut observer = SummaryObserver::new(String::new());
+    let simulation = Simulation::new(&*scenario.path, &scenario.motion, axes, scenario.settings).ok()?;
+    simulation.run(&scenario.limits, None, &mut [&mut observer]).ok()?;
+    let summary = observer.summary();
+    let voltage = |axis: usize| summary.axes.get(axis).map_or(f64::NAN, |axis| axis.peak_voltage_v);
+    Some(RunFigures {
+        max_contour_error_um: summary.max_contour_error_um,
+        rms_contour_error_um: summary.rms_contour_error_um,
+        max_tracking_error_um: summary.max_tracking_error_um,
+        rms_tracking_error_um: summary.rms_tracking_error_um,
+        peak_voltage_v: [voltage(0), voltage(1)],
+        saturated_share: summary.saturated_share,
+        locked_up: summary.locked_up,
+    })
 }

@@ -97,7 +97,6 @@ impl Header {
     }
 }
 
-
 /// Bytes of a block around its points: number and length before, checksum behind.
 const FRAME: (usize, usize) = (12, 8);
 
@@ -348,11 +347,12 @@ impl<'a, R: Read> Blocks<'a, R> {
         if self.bytes.len() < length {
             return Ok(Next::Cut);
         }
-        let rows = decode_block(self.hash, self.block, points, width, &self.bytes).map_err(|what| SweepError::Damaged {
-            file: self.path.to_owned(),
-            what: format!("block {} of {} is not what was written: {what}", self.block + 1, self.header.blocks()),
-            help: MERGE_HELP,
-        })?;
+        let rows =
+            decode_block(self.hash, self.block, points, width, &self.bytes).map_err(|what| SweepError::Damaged {
+                file: self.path.to_owned(),
+                what: format!("block {} of {} is not what was written: {what}", self.block + 1, self.header.blocks()),
+                help: MERGE_HELP,
+            })?;
         self.block += 1;
         Ok(Next::Rows(rows))
     }
