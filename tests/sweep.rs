@@ -228,6 +228,53 @@ fn validates_figures_against_single_runs() {
 }
 
 #[test]
+fn margins_are_those_of_the_analysis() {
+    let folder = tempfile::tempdir().unwrap();
+    // The smallest velocity gain leaves no stable loop.
+    let vary = ["axes.x.pdff.kpv=0.001,0.05,0.4,1", "axes.y.pdff.kpp=-1,97"];
+    let sweep = Sweep::new(&line(), &vary, &Plan { margins: true, ..Plan::default() }).unwrap();
+    let rows = sweep.evaluate(0..8, None).unwrap();
+    let scenario = sweep.scenario();
+    let mut unstable = 0;
+    for place in 0..8 {
+        let mut axes = scenario.axes;
+        axes[0].pdff.kpv_nm_s_rad = numbers(&sweep, place as u64)[0];
+        let expected = axes.map(|axis| servosim::analysis::margins(&axis, &scenario.settings));
+        for (axis, margins) in ["x", "y"].into_iter().zip(expected) {
+            unstable += u32::from(!margins.stable);
+            for (name, value) in [
+                (format!("peak_sensitivity_{axis}"), margins.peak_sensitivity),
+                (format!("gain_down_{axis}"), margins.gain_down),
+                (format!("gain_up_{axis}"), margins.gain_up),
+                (format!("phase_margin_{axis}_deg"), margins.phase_margin_deg),
+                (format!("delay_margin_{axis}_s"), margins.delay_margin_s),
+            ] {
+                let ours = rows.figure(place, &name);
+                let fits = if place % 2 == 0 { ours.is_nan() } else { ours == value };
+                assert!(fits, "{place} {name}: {ours}, {value}");
+            }
+        }
+    }
+    assert!(unstable > 0, "an infinite peak sensitivity is among them");
+    // They pass through the journal into the tables, an infinite one too; and the best of a margin is the largest.
+    let session = Session::open(&sweep, folder.path(), Shard::WHOLE, false, Some(3)).unwrap();
+    let journals = [session.compute(None, &mut |_| {}).unwrap()];
+    let figure = Figure::find("delay_margin_x_s").unwrap();
+    let best = export(&sweep, &journals, folder.path(), figure, None).unwrap().outcome.best.unwrap();
+    let largest = (0..8).map(|place| rows.figure(place, figure.name())).fold(0.0, f64::max);
+    assert_eq!(best.figures[15], largest);
+    let csv = String::from_utf8(tables(folder.path(), "line")[0].clone()).unwrap();
+    assert!(
+        csv.lines().next().unwrap().ends_with("delay_margin_x_s,delay_margin_y_s") && csv.contains(",inf,"),
+        "{csv}"
+    );
+    // A sweep without them has no such column.
+    let without = grid(&line(), &vary);
+    let error = export(&without, &journals, folder.path(), figure, None).unwrap_err().to_string();
+    assert!(error.contains("without margins"), "{error}");
+}
+
+#[test]
 fn points_do_not_depend_on_the_range_they_are_computed_in() {
     let vary = ["axes.x.pdff.kpp=20:200", "feedrate.feed_mm_s=20,50,60", "axes.y.pdff.kpv=-0.2:2"];
     let sweep = Sweep::new(&line(), &vary, &plan(Method::Sobol, 200, 3)).unwrap();
