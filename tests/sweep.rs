@@ -13,6 +13,7 @@ use parquet::file::reader::{FileReader, SerializedFileReader};
 use parquet::record::Field;
 use predicates::prelude::*;
 use predicates::str::contains;
+use servosim::report::{Format, SweepAxis, SweepCell, SweepPicture, SweepPlot};
 use servosim::scenario::Document;
 use servosim::sweep::{
     Exported, Figure, Journal, Method, Plan, Session, Shard, Start, Status, Sweep, SweepError, export, merge,
@@ -685,6 +686,67 @@ fn a_sweep_on_the_command_line_tells_what_came_of_it() {
         folder.servosim(&format!("sweep alpha {arguments}")).assert().code(2).stdout("").stderr(contains(wanted));
     }
     folder.servosim("merge none.part").assert().code(1).stderr(contains("cannot read none.part"));
+}
+
+#[test]
+fn every_picture_can_be_drawn() {
+    let axis = |logarithmic| SweepAxis { title: "a <key> & more".to_owned(), logarithmic };
+    let (good, locked, missing) = (SweepCell::Figure(3.0), SweepCell::LockedUp, SweepCell::Missing);
+    let huge = [SweepCell::Figure(1e300), SweepCell::Figure(1e-300), SweepCell::Figure(0.0), SweepCell::Figure(-2.0)];
+    let map = |cells: [SweepCell; 4], logarithmic, own, best| SweepPlot::Map {
+        axes: [axis(logarithmic), axis(false)],
+        edges: [vec![0.5, 1.5, 2.5], vec![-1.0, 0.0, 1e-9]],
+        cells: cells.to_vec(),
+        shared: true,
+        own,
+        best,
+    };
+    let scatter = |points: Vec<([f64; 2], SweepCell)>| SweepPlot::Scatter {
+        axes: [axis(true), axis(true)],
+        points,
+        own: Some([-5.0, 1e9]),
+        best: None,
+    };
+    let curve = |points: Vec<(f64, SweepCell)>, logarithmic| SweepPlot::Curve {
+        axis: axis(logarithmic),
+        points,
+        own: Some(2.0),
+        best: None,
+    };
+    let histogram = |values: Vec<f64>| SweepPlot::Histogram {
+        percentiles: values.first().map(|value| vec![(5, *value), (50, *value)]).unwrap_or_default(),
+        values,
+    };
+    for (plot, wanted) in [
+        (map([good, locked, missing, good], true, Some([1.0, 0.0]), Some(([2.0, 0.0], 3.0))), "locked up"),
+        (map([missing; 4], false, Some([9.0, 9.0]), None), "outside"),
+        (map(huge, false, None, None), "a cell shows the worst"),
+        (map([SweepCell::Empty; 4], false, None, None), "over"),
+        (scatter(vec![([1.0, 2.0], good), ([3.0, 2.0], locked)]), "locked up"),
+        (scatter(vec![([1.0, 2.0], missing)]), "no figure"),
+        (scatter(Vec::new()), "outside"),
+        (curve(vec![(1.0, good), (2.0, missing), (3.0, good), (4.0, locked)], true), "locked up"),
+        (curve(vec![(1.0, good)], false), "the scenario (2)"),
+        (curve(huge.map(|cell| (1.0, cell)).to_vec(), false), "over"),
+        (curve(Vec::new(), true), "over"),
+        (histogram(vec![1.0, 2.0, 2.0, 700.0]), "largest 700"),
+        (histogram(vec![5.0; 3]), "largest 5"),
+        (histogram(vec![-1e300, 0.0, 1e300]), "largest"),
+        (histogram(Vec::new()), "over"),
+    ] {
+        let picture = SweepPicture {
+            name: "part \u{7} <1>".to_owned(),
+            facts: "4 points".to_owned(),
+            figure: "error",
+            unit: "µm",
+            over: vec!["a".to_owned()],
+            plot,
+        };
+        let svg = String::from_utf8(picture.draw(Format::Svg).unwrap()).unwrap();
+        assert!(svg.contains(wanted), "{wanted}: {:?}", picture.plot);
+        assert!(!svg.contains("NaN") && !svg.contains("inf") && !svg.contains('\u{7}'), "{:?}", picture.plot);
+        assert_eq!(picture.draw(Format::Svg).unwrap(), svg.into_bytes());
+    }
 }
 
 #[test]
