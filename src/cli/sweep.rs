@@ -25,14 +25,21 @@ Examples:
   servosim sweep alpha --vary axes.x.plant.gain_rad_s_v=±20% --vary axes.y.plant.gain_rad_s_v=±20% \\
       --method sobol --samples 4096
   servosim sweep alpha --vary 'axes.x.pdff.kpp=normal(±5%)' --samples 10000 --seed 7
-  servosim sweep alpha --vary axes.x.pdff.kpp=60:140:100001 --shard 3/8     then: servosim merge output/*.part
+  servosim sweep alpha --vary axes.x.pdff.kpp=60:140:100001 --shard 3/8
+      one of 8 tasks of a job array; when all are done: servosim merge output/*.part
 
-Values of --vary: 60:140:81 is 81 values from 60 to 140 (60:140:81:log evenly spaced in the logarithm), 50,100,150 a
-list. For sampled sweeps also 60:140, ±20% or ±5 around the scenario's own value (also typed +-20%), normal(97.38, 2) and
-normal(±5%).
+Values of --vary:
+  60:140:81        81 values from 60 to 140
+  60:140:81:log    the same, evenly spaced in the logarithm
+  50,100,150       a list
+  ±20%:5           5 values around the scenario's own one (also typed +-20%); ±2:5 in its unit
+and for sampled sweeps:
+  60:140           any value between; also 60:140:log, ±20%, ±2
+  normal(97.4, 2)  normally distributed: mean and standard deviation; also normal(±5%)
+The table that the scenario has chosen may be left out of a key: axes.x.plant.gain_rad_s_v.
 
-Writes NAME-sweep.parquet, NAME-sweep.csv and NAME-sweep.svg. Until then NAME-sweep.journal keeps what is computed: after
-a kill or Ctrl-C the same command goes on from there.")]
+Writes NAME-sweep.parquet, NAME-sweep.csv and NAME-sweep.svg. Until then NAME-sweep.journal keeps
+what is computed: after a kill or Ctrl-C the same command goes on from there.")]
 pub(crate) struct SweepArgs {
     /// Scenario file, or name of a built-in scenario
     scenario: String,

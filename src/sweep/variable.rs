@@ -150,7 +150,15 @@ pub struct Variable {
 }
 
 impl Variable {
-    /// Reads `KEY=SPEC`. What is relative in it (`±20%`) is relative to the scenario's own value.
+    /// Reads `KEY=SPEC`; the key may leave out the table that the scenario has chosen ([`Document::full_key`]).
+    ///
+    /// | spec | values |
+    /// |---|---|
+    /// | `60:140:81` | 81 from 60 to 140, evenly spaced; `60:140:81:log` in their logarithm |
+    /// | `50,100,150` | these; words too: `backward,exact` |
+    /// | `60:140`, `60:140:log` | any between, for sampled methods |
+    /// | `±20%`, `±5` (or `+-`) | as a range around the scenario's own value; `±20%:5` with a count |
+    /// | `normal(97.38, 2)`, `normal(±5%)` | normally distributed: mean and standard deviation |
     ///
     /// # Errors
     /// It is not of that form, the scenario has no such value, or none that a relative range could be taken of.
