@@ -24,6 +24,7 @@
 //! | [`limits`], [`summary`] | what a run is held to, and its figures |
 //! | [`recording`] | MCAP out and in, CSV |
 //! | [`report`] | plots |
+//! | [`sweep`] | one scenario at many points: grids, samples, shards, tables |
 //! | [`scenario`] | the file as written to checked values, with diagnostics |
 //! | `cli` | the program (in the binary): one file a subcommand |
 //!
@@ -44,3 +45,4 @@ pub mod scenario;
 pub mod servo;
 pub mod simulation;
 pub mod summary;
+pub mod sweep;

@@ -4,12 +4,14 @@ mod analyze;
 mod check;
 mod inspect;
 mod junit;
+mod merge;
 mod new;
 mod output;
 mod plot;
 mod progress;
 mod run;
 mod schema;
+mod sweep;
 mod table;
 mod test;
 
@@ -22,6 +24,7 @@ use servosim::recording::{ReadError, RecordingError};
 use servosim::report::ReportError;
 use servosim::scenario::ScenarioError;
 use servosim::simulation::SimulationError;
+use servosim::sweep::SweepError;
 
 /// Closed-loop servo simulation for CNC feed drives: from a tool path to the contouring error in micrometres.
 #[derive(Debug, Parser)]
@@ -30,6 +33,7 @@ use servosim::simulation::SimulationError;
 Examples:
   servosim run alpha.toml                              run a scenario: figures, recording and plots
   servosim run heart --set axes.x.pdff.kpp=120         the same with another gain
+  servosim sweep alpha --vary axes.x.pdff.kpp=60:140:81   the same at 81 gains: tables and a plot
   servosim plot alpha heart                            lay two runs over each other
   servosim inspect output/alpha.mcap --csv             every sample as CSV
   servosim analyze alpha.toml                          stability margins, Bode and Nyquist plots
@@ -50,6 +54,10 @@ struct Cli {
 enum Command {
     /// Run a scenario and print its figures
     Run(run::RunArgs),
+    /// Run a scenario at many points: a grid, or sampled
+    Sweep(sweep::SweepArgs),
+    /// Join the shards of a sweep
+    Merge(merge::MergeArgs),
     /// Plot recordings, one or several laid over each other
     Plot(plot::PlotArgs),
     /// Run many scenarios and hold each to its limits: a table, JUnit XML for CI
@@ -127,6 +135,9 @@ pub(crate) enum CliError {
         /// The recording.
         recording: PathBuf,
     },
+    /// A sweep could not be set up, computed or written.
+    #[error(transparent)]
+    Sweep(SweepError),
     /// The recording could not be written.
     #[error(transparent)]
     Recording(#[from] RecordingError),
@@ -149,6 +160,15 @@ pub(crate) enum CliError {
     Stdout(io::Error),
 }
 
+impl From<SweepError> for CliError {
+    fn from(error: SweepError) -> Self {
+        match error {
+            SweepError::Scenario(error) => Self::Scenario(error),
+            other => Self::Sweep(other),
+        }
+    }
+}
+
 impl CliError {
     /// What to do, where the message of the library does not know the command line.
     fn help(&self) -> Option<&'static str> {
@@ -168,6 +188,13 @@ impl CliError {
             Self::Scenario(_)
             | Self::Invalid { .. }
             | Self::Usage(_)
+            | Self::Sweep(
+                SweepError::Request { .. }
+                | SweepError::TooMany { .. }
+                | SweepError::Unfit { .. }
+                | SweepError::Foreign { .. }
+                | SweepError::NothingValid { .. },
+            )
             | Self::Report(ReportError::Stem { .. })
             | Self::Read(ReadError::Open { .. } | ReadError::Folder { .. })
             | Self::Recording(RecordingError::Occupied { .. } | RecordingError::Folder { .. }) => 2,
@@ -197,6 +224,8 @@ pub(crate) fn main() -> ExitCode {
     };
     let outcome = match &cli.command {
         Command::Run(args) => run::run(args),
+        Command::Sweep(args) => sweep::run(args),
+        Command::Merge(args) => merge::run(args),
         Command::Plot(args) => plot::run(args),
         Command::Test(args) => test::run(args),
         Command::Inspect(args) => inspect::run(args),

@@ -137,6 +137,37 @@ impl Axis {
         Self { range, ticks, factor: 0, logarithmic: true }
     }
 
+    /// A logarithmic axis over just `range` (which is positive, else it is linear): ticks at 1, 2 and 5, at decades where
+    /// they are many, at even steps where the range is narrow.
+    pub(super) fn logarithmic_within(range: Range, length_px: f64, spacing_px: f64) -> Self {
+        let linear = Self::linear(range, length_px, spacing_px, false);
+        if !(range.low > 0.0) || range.is_empty() || range.low == range.high {
+            return linear;
+        }
+        let wanted = length_px / spacing_px;
+        let (low, high) = (whole(libm::floor(libm::log10(range.low))), whole(libm::ceil(libm::log10(range.high))));
+        let inside = |value: &f64| (range.low * (1.0 - 1e-9)..=range.high * (1.0 + 1e-9)).contains(value);
+        let ticks = |digits: &'static [u8], step: usize| -> Vec<Tick> {
+            let values = (low..=high)
+                .step_by(step)
+                .flat_map(|exponent| digits.iter().map(move |digit| f64::from(*digit) * power_of_ten(exponent)));
+            values.filter(inside).map(|value| Tick { value, label: figure(value, 6) }).collect()
+        };
+        let fine = ticks(&[1, 2, 5], 1);
+        let mut factor = 0;
+        let ticks = if fine.len() < 3 {
+            factor = linear.factor;
+            linear.ticks.into_iter().filter(|tick| inside(&tick.value)).collect()
+        } else if fine.len() as f64 <= 1.3 * wanted {
+            fine
+        } else {
+            let decades = ticks(&[1], 1);
+            let step = usize::try_from(whole((decades.len() as f64 / wanted).ceil())).unwrap_or(1).max(1);
+            ticks(&[1], step)
+        };
+        Self { range, ticks, factor, logarithmic: true }
+    }
+
     /// A logarithmic axis over exactly `range` (positive), with labelled ticks at 1, 2 and 5 in every decade, or at decades
     /// alone where there are more than four.
     pub(super) fn decades(range: Range) -> Self {

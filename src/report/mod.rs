@@ -29,6 +29,7 @@ mod panel;
 mod pixels;
 mod plots;
 mod sheet;
+mod sweep;
 
 use std::io;
 use std::path::PathBuf;
@@ -36,6 +37,7 @@ use std::path::PathBuf;
 pub use data::{MAX_BUCKETS, PlotSample, RunData, RunFacts};
 pub use files::{write_all, write_file};
 pub use loops::write_loops;
+pub use sweep::{SweepAxis, SweepCell, SweepPicture, SweepPlot};
 
 /// Which plot.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]

@@ -32,6 +32,7 @@ const X_TICK: f64 = 95.0;
 pub(super) enum Symbol {
     Line(Pen),
     Ring(Colour),
+    Area(Colour),
 }
 
 /// One entry of the legend.
@@ -101,6 +102,17 @@ impl Heading {
                     sheet.line(&[(x, y), (x + SYMBOL, y)], Pen { width_px: pen.width_px.max(1.8), ..pen });
                 }
                 Symbol::Ring(colour) => sheet.ring((x + 0.5 * SYMBOL, y), 5.0, 1.6, colour),
+                Symbol::Area(colour) => {
+                    let frame = Frame { left: x + 6.0, top: y - 7.0, right: x + SYMBOL - 6.0, bottom: y + 7.0 };
+                    sheet.rectangle(&frame, BORDER);
+                    let inside = Frame {
+                        left: frame.left + 1.0,
+                        top: frame.top + 1.0,
+                        right: frame.right - 1.0,
+                        bottom: frame.bottom - 1.0,
+                    };
+                    sheet.rectangle(&inside, colour);
+                }
             }
             sheet.text(Lettering::new((x + SYMBOL + 7.0, y), text, LEGEND_EM, Anchor::Left));
             x += width;

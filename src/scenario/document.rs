@@ -11,7 +11,7 @@ use toml_edit::DocumentMut;
 use super::diagnostics::{Diagnostic, ScenarioError, brief, nearest};
 use super::file::RawScenario;
 use super::overrides::{self, Override};
-use super::{Scenario, check, explain, guard};
+use super::{Scenario, check, explain, guard, keys};
 
 /// The scenarios that are part of the program.
 const BUILT_IN: [(&str, &str); 3] = [
@@ -144,23 +144,49 @@ impl Document {
 
     /// Replaces one value: `axes.x.pdff.kpp=120`. The key is a dotted TOML key, the value is TOML, or a bare word that is
     /// taken as a string. Comments stay, missing tables are made, and writing into one of `path`'s, `feedrate.profile`'s or
-    /// a `plant`'s tables removes the other ones.
+    /// a `plant`'s tables removes the other ones. The name of the table that is there may be left out:
+    /// `axes.x.plant.gain_rad_s_v`.
     ///
     /// # Errors
     /// The text is not `KEY=VALUE`, or the document is not TOML.
     pub fn set(&mut self, key_value: &str) -> Result<(), ScenarioError> {
         let alone = |problem| ScenarioError::new("", "", vec![problem]);
-        let new = Override::parse(key_value).map_err(alone)?;
-        // The document's own problems come first: toml_edit would only tell them in other words.
-        self.parse().map_err(|problem| self.error(vec![problem]))?;
-        let mut document: DocumentMut = self
-            .text
-            .parse()
-            .map_err(|error: toml_edit::TomlError| self.error(vec![Diagnostic::new(brief(error.message()))]))?;
+        let mut new = Override::parse(key_value).map_err(alone)?;
+        let mut document = self.editable()?;
+        new.complete(&document);
         new.apply(&mut document).map_err(alone)?;
         self.text = document.to_string();
         self.overrides.push(new);
         Ok(())
+    }
+
+    /// The full dotted key of a value, whose key may leave out the name of the table that the document has chosen:
+    /// `axes.x.plant.gain_rad_s_v` is `axes.x.plant.first_order.gain_rad_s_v`.
+    ///
+    /// # Errors
+    /// A scenario has no such value (the error says which may be meant), or the document is not TOML.
+    pub fn full_key(&self, key: &str) -> Result<String, ScenarioError> {
+        let document = self.editable()?;
+        let path: Vec<String> = key.trim().split('.').map(|part| part.trim().to_owned()).collect();
+        match keys::full(&path, &document) {
+            Some(path) => Ok(path.join(".")),
+            None => Err(ScenarioError::new("", "", vec![keys::unknown(&path, &document)])),
+        }
+    }
+
+    /// The number that the text gives for a full dotted key; none where it gives none.
+    pub fn number(&self, full_key: &str) -> Option<f64> {
+        let document = self.editable().ok()?;
+        let item = full_key.split('.').try_fold(document.as_item(), |item, key| item.get(key))?;
+        item.as_float().or_else(|| item.as_integer().map(|whole| whole as f64))
+    }
+
+    fn editable(&self) -> Result<DocumentMut, ScenarioError> {
+        // The document's own problems come first: toml_edit would only tell them in other words.
+        self.parse().map_err(|problem| self.error(vec![problem]))?;
+        self.text
+            .parse()
+            .map_err(|error: toml_edit::TomlError| self.error(vec![Diagnostic::new(brief(error.message()))]))
     }
 
     /// Checks everything.

@@ -303,7 +303,7 @@ fn schema_node<'a>(node: &'a Value, path: &[&str]) -> Option<&'a Value> {
     choices(node).find_map(|choice| schema_node(choice, path))
 }
 
-fn choices(node: &Value) -> impl Iterator<Item = &Value> {
+pub(super) fn choices(node: &Value) -> impl Iterator<Item = &Value> {
     ["oneOf", "anyOf"].into_iter().filter_map(|key| node.get(key)?.as_array()).flatten()
 }
 

@@ -45,6 +45,7 @@ mod document;
 mod explain;
 mod file;
 mod guard;
+mod keys;
 mod overrides;
 
 use std::fmt;

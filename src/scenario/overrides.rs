@@ -4,9 +4,7 @@ use toml::de::{DeTable, DeValue};
 use toml_edit::{DocumentMut, Item, Key, TableLike, Value};
 
 use super::diagnostics::{Diagnostic, brief};
-
-/// Keys that hold exactly one table out of several: writing into one replaces the other.
-const CHOICES: [&[&str]; 4] = [&["path"], &["feedrate", "profile"], &["axes", "x", "plant"], &["axes", "y", "plant"]];
+use super::keys::{self, CHOICES};
 
 /// One override.
 #[derive(Debug, Clone)]
@@ -53,6 +51,14 @@ impl Override {
     /// What a message calls it.
     fn shown(&self) -> String {
         format!("`--set {}`", brief(&self.given))
+    }
+
+    /// Puts the table that the document has chosen into a path that leaves it out. (A path of no value stays as it is:
+    /// what is wrong with it is told when the scenario is read.)
+    pub(super) fn complete(&mut self, document: &DocumentMut) {
+        if let Some(path) = keys::full(&self.path, document) {
+            self.path = path;
+        }
     }
 
     /// Writes the value into the document; tables on the way are created.

@@ -3,6 +3,7 @@
 mod feedrate;
 mod path;
 mod search;
+pub(super) mod sweep;
 mod time;
 
 use super::axis::{Range, figure};

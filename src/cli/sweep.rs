@@ -1,0 +1,274 @@
+//! `servosim sweep`: one scenario at many points, computed so that a kill loses nothing.
+
+use std::fmt::Write as _;
+use std::io;
+use std::path::{Path, PathBuf};
+use std::sync::atomic::AtomicBool;
+use std::time::Instant;
+
+use clap::{Args, ValueEnum};
+use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
+use servosim::scenario::Document;
+use servosim::sweep::{
+    Exported, Figure, Journal, Method, Outcome, PERCENTILES, Plan, Session, Shard, Start, Sweep, SweepError, export,
+};
+
+use super::output::{figure, make_folder, note, percent, print, printable, short};
+use super::{CliError, Outcome as Found, is_watched, plot, run};
+
+/// Arguments of `servosim sweep`.
+#[derive(Debug, Args)]
+#[command(after_help = "\
+Examples:
+  servosim sweep alpha --vary axes.x.pdff.kpp=60:140:81 --vary axes.x.pdff.kiv=100:400:61
+  servosim sweep alpha --vary feedrate.feed_mm_s=50,100,150
+  servosim sweep alpha --vary axes.x.plant.gain_rad_s_v=±20% --vary axes.y.plant.gain_rad_s_v=±20% \\
+      --method sobol --samples 4096
+  servosim sweep alpha --vary 'axes.x.pdff.kpp=normal(±5%)' --samples 10000 --seed 7
+  servosim sweep alpha --vary axes.x.pdff.kpp=60:140:100001 --shard 3/8
+      one of 8 tasks of a job array; when all are done: servosim merge output/*.part
+
+Values of --vary:
+  60:140:81        81 values from 60 to 140
+  60:140:81:log    the same, evenly spaced in the logarithm
+  50,100,150       a list
+  ±20%:5           5 values around the scenario's own one (also typed +-20%); ±2:5 in its unit
+and for sampled sweeps:
+  60:140           any value between; also 60:140:log, ±20%, ±2
+  normal(97.4, 2)  normally distributed: mean and standard deviation; also normal(±5%)
+The table that the scenario has chosen may be left out of a key: axes.x.plant.gain_rad_s_v.
+
+Writes NAME-sweep.parquet, NAME-sweep.csv and NAME-sweep.svg. Until then NAME-sweep.journal keeps
+what is computed: after a kill or Ctrl-C the same command goes on from there.")]
+pub(crate) struct SweepArgs {
+    /// Scenario file, or name of a built-in scenario
+    scenario: String,
+    /// Vary one value of the scenario, such as axes.x.pdff.kpp=60:140:81 (may be given again)
+    #[arg(long = "vary", value_name = "KEY=VALUES", required = true, allow_hyphen_values = true)]
+    vary: Vec<String>,
+    /// Replace one value of the scenario at all points, such as axes.x.pdff.kpp=120 (may be given again)
+    #[arg(long = "set", value_name = "KEY=VALUE")]
+    set: Vec<String>,
+    /// How points are chosen [default: a grid where every value is counted and no --samples is given, else monte-carlo with
+    /// a normal(…), latin-hypercube without]
+    #[arg(long, value_enum)]
+    method: Option<MethodName>,
+    /// How many points a sampled method takes
+    #[arg(long, value_name = "N")]
+    samples: Option<u64>,
+    /// Seed of the sampled methods
+    #[arg(long, value_name = "N", default_value_t = 0)]
+    seed: u64,
+    /// Add the margins of every point's loops to the tables (peak sensitivity, gain, phase and delay margins of both axes)
+    #[arg(long)]
+    margins: bool,
+    /// Compute the I-th of N parts only, for `servosim merge`
+    #[arg(long, value_name = "I/N", value_parser = shard)]
+    shard: Option<Shard>,
+    /// Throw away what an earlier sweep has left in the journal
+    #[arg(long)]
+    fresh: bool,
+    #[command(flatten)]
+    finish: FinishArgs,
+}
+
+/// What is made of the figures, by `sweep` and by `merge`.
+#[derive(Debug, Args)]
+pub(crate) struct FinishArgs {
+    /// The figure that the plot, the best point and the percentiles are of: a column of the tables
+    #[arg(long, value_name = "COLUMN", default_value = "max_contour_error_um", value_parser = figure_of)]
+    figure: Figure,
+    /// Folder for the tables and the plot; made if it is missing
+    #[arg(long, value_name = "DIR", default_value = "output")]
+    output: PathBuf,
+    /// Format of the plot
+    #[arg(long, value_enum, default_value = "svg")]
+    plots: run::Plots,
+    /// What to print: a table, or the figures as one JSON object and nothing else
+    #[arg(long, value_enum, default_value = "table")]
+    format: run::Format,
+    /// Print no table, no progress and no notes: only errors, and the JSON if asked for
+    #[arg(long, short)]
+    quiet: bool,
+}
+
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+enum MethodName {
+    Grid,
+    LatinHypercube,
+    Sobol,
+    MonteCarlo,
+}
+
+impl From<MethodName> for Method {
+    fn from(name: MethodName) -> Self {
+        match name {
+            MethodName::Grid => Self::Grid,
+            MethodName::LatinHypercube => Self::LatinHypercube,
+            MethodName::Sobol => Self::Sobol,
+            MethodName::MonteCarlo => Self::MonteCarlo,
+        }
+    }
+}
+
+fn shard(text: &str) -> Result<Shard, String> {
+    let numbers = text.split_once('/').and_then(|(index, of)| Some((index.parse().ok()?, of.parse().ok()?)));
+    match numbers {
+        Some((index, of)) if index >= 1 && index <= of => Ok(Shard { index, of }),
+        _ => Err("write it as I/N, from 1/N to N/N, such as 3/8".to_owned()),
+    }
+}
+
+fn figure_of(name: &str) -> Result<Figure, String> {
+    Figure::find(name).ok_or_else(|| {
+        let known: Vec<&str> = Figure::all(true).map(Figure::name).collect();
+        format!("known here: {}", known.join(", "))
+    })
+}
+
+/// Computes the sweep, or one shard of it.
+pub(crate) fn run(args: &SweepArgs) -> Result<Found, CliError> {
+    let mut document = Document::find(&args.scenario)?;
+    for key_value in &args.set {
+        document.set(key_value)?;
+    }
+    let margins = args.margins || args.finish.figure.is_margin();
+    let plan = Plan { method: args.method.map(Method::from), samples: args.samples, seed: args.seed, margins };
+    let sweep = Sweep::new(&document, &args.vary, &plan)?;
+    let stop = run::stop_flag();
+    let finish = &args.finish;
+    make_folder(&finish.output)?;
+    let session = Session::open(&sweep, &finish.output, args.shard.unwrap_or(Shard::WHOLE), args.fresh, None)?;
+    if !finish.quiet {
+        match session.start() {
+            Start::New => {}
+            Start::Resumed(done) => note(&format!("going on after {done} of {} points", session.points())),
+            Start::Finished => note("this shard is computed already"),
+        }
+    }
+    let journal = compute(session, &stop, finish.quiet)?;
+    if args.shard.is_some_and(|shard| shard.of > 1) {
+        if !finish.quiet {
+            note(&format!(
+                "wrote {}; when all parts are there: servosim merge {}",
+                journal.path().display(),
+                finish.output.join(format!("{}-sweep.*.part", sweep.scenario().name)).display()
+            ));
+        }
+        return Ok(Found::Fine);
+    }
+    let path = journal.path().to_owned();
+    let written = finish.write(&sweep, &[journal], &stop);
+    if matches!(written, Ok(_) | Err(CliError::Sweep(SweepError::NothingValid { .. }) | CliError::Report(_))) {
+        // The tables hold it all. A journal that stays is only in the way of the next sweep.
+        let _ = std::fs::remove_file(path);
+    }
+    written
+}
+
+/// Computes what is missing, with a bar where a person watches.
+fn compute(session: Session<'_>, stop: &AtomicBool, quiet: bool) -> Result<Journal, CliError> {
+    let (done, points) = (session.done(), session.points());
+    let bar = (!quiet && is_watched() && done < points)
+        .then(|| ProgressBar::with_draw_target(Some(points), ProgressDrawTarget::stderr()));
+    if let Some(bar) = &bar {
+        let style = "{bar:40} {percent:>3} %, {pos} of {len} runs, {per_sec}, {eta} left";
+        if let Ok(style) = ProgressStyle::with_template(style) {
+            bar.set_style(style.with_key(
+                "per_sec",
+                |state: &indicatif::ProgressState, out: &mut dyn std::fmt::Write| {
+                    let _ = write!(out, "{:.0} runs/s", state.per_sec());
+                },
+            ));
+        }
+        bar.set_position(done);
+        bar.reset_eta();
+    }
+    let started = Instant::now();
+    let journal = session.compute(Some(stop), &mut |done| {
+        if let Some(bar) = &bar {
+            bar.set_position(done);
+        }
+    });
+    if let Some(bar) = &bar {
+        bar.finish_and_clear();
+    }
+    let journal = journal?;
+    let (new, seconds) = (points - done, started.elapsed().as_secs_f64());
+    if !quiet && new > 0 && seconds >= 1.0 {
+        note(&format!("{new} runs in {} s, {} runs/s", short(seconds, 3), short((new as f64 / seconds).round(), 4)));
+    }
+    Ok(journal)
+}
+
+impl FinishArgs {
+    /// Writes tables and plot, and tells what came of the sweep.
+    pub(crate) fn write(&self, sweep: &Sweep, journals: &[Journal], stop: &AtomicBool) -> Result<Found, CliError> {
+        let Exported { mut files, outcome, picture } = export(sweep, journals, &self.output, self.figure, Some(stop))?;
+        match self.format {
+            run::Format::Json => print(&json(&outcome)?)?,
+            run::Format::Table if !self.quiet => print(&table(&outcome))?,
+            run::Format::Table => {}
+        }
+        let plots = match self.plots.format() {
+            Some(format) => picture.write(&self.output, format).map(|plots| files.extend(plots)),
+            None => Ok(()),
+        };
+        if !self.quiet {
+            note(&plot::wrote(&files));
+        }
+        plots?;
+        Ok(Found::Fine)
+    }
+
+    pub(crate) fn folder(&self) -> &Path {
+        &self.output
+    }
+}
+
+fn json(outcome: &Outcome) -> Result<String, CliError> {
+    let mut text = serde_json::to_string_pretty(outcome).map_err(|error| CliError::Stdout(io::Error::from(error)))?;
+    text.push('\n');
+    Ok(text)
+}
+
+/// The sweep in a few lines, ending in a newline. (Writing to a string does not fail.)
+fn table(outcome: &Outcome) -> String {
+    let mut out = format!("{}: {} points, {}\n\n", printable(&outcome.scenario), outcome.points, outcome.method);
+    let counts = [
+        ("ok", outcome.ok, ""),
+        ("saturated", outcome.saturated, "and recovered"),
+        ("locked up", outcome.locked_up, "an axis did not recover"),
+        ("diverged", outcome.diverged, "a signal grew beyond all numbers"),
+        ("invalid", outcome.invalid, "the values make no valid scenario"),
+    ];
+    let width = outcome.points.to_string().len();
+    for (name, count, remark) in counts.iter().filter(|(name, count, _)| *count > 0 || *name == "ok") {
+        let share = format!("{:>5} %", percent(100.0 * *count as f64 / outcome.points.max(1) as f64));
+        let _ = writeln!(out, "{}", format!("  {name:<12} {count:>width$}  {share}  {remark}").trim_end());
+    }
+    let measured = Figure::find(&outcome.figure);
+    let (title, unit) = measured.map_or((outcome.figure.as_str(), ""), |figure| (figure.title(), figure.unit()));
+    if let Some(percentiles) = outcome.percentiles {
+        let _ = writeln!(out, "\n  {title}{}", if unit.is_empty() { String::new() } else { format!(" [{unit}]") });
+        for (percent, value) in PERCENTILES.iter().zip(percentiles) {
+            let name = if *percent == 100 { "largest".to_owned() } else { format!("{percent} %") };
+            let _ = writeln!(out, "  {name:>12}  {:>12}", figure(value, 5));
+        }
+    }
+    if let Some(best) = &outcome.best {
+        let _ = writeln!(out, "\n  best point: {}", best.index);
+        let names = outcome.variables.iter().chain(&outcome.figures);
+        let width = names.map(String::len).max().unwrap_or(0);
+        for (key, value) in outcome.variables.iter().zip(&best.values) {
+            let _ = writeln!(out, "    {key:<width$}  {}", value.number().map_or(value.to_string(), |v| short(v, 8)));
+        }
+        for (name, value) in outcome.figures.iter().zip(&best.figures) {
+            let _ = writeln!(out, "    {name:<width$}  {}", figure(*value, 5));
+        }
+    } else {
+        out.push_str("\n  no point of the sweep is sound\n");
+    }
+    out.push('\n');
+    out
+}

@@ -1,0 +1,88 @@
+//! A perceptually uniform scale of colours, and the bar that explains it.
+
+use super::super::super::axis::{Axis, Range};
+use super::super::super::curve::Frame;
+use super::super::super::font;
+use super::super::super::sheet::{Anchor, BORDER, Colour, Lettering, Pen, Sheet};
+
+/// Viridis (S. van der Walt and N. Smith 2015, matplotlib, CC0) at nine even steps: lightness rises evenly, also for
+/// colour-blind readers.
+const VIRIDIS: [Colour; 9] = [
+    (68, 1, 84),
+    (71, 44, 122),
+    (59, 81, 139),
+    (44, 113, 142),
+    (33, 144, 141),
+    (39, 173, 129),
+    (92, 200, 99),
+    (170, 220, 50),
+    (253, 231, 37),
+];
+
+/// Steps that are told apart; neighbouring cells of one step are drawn together.
+const STEPS: u8 = 96;
+
+const BAR_PX: f64 = 18.0;
+/// Room that the bar takes with its labels, right of the panel.
+pub(super) const ROOM_PX: f64 = 122.0;
+
+/// From the figure to a colour.
+pub(super) struct Scale {
+    axis: Axis,
+}
+
+impl Scale {
+    /// A scale over all `values`, of their logarithm where all are positive.
+    pub(super) fn of(values: impl Iterator<Item = f64>, height_px: f64) -> Self {
+        let range = Range::of(values.filter(|value| value.abs() <= 1e100));
+        let axis = if range.low > 0.0 && !range.is_empty() {
+            Axis::logarithmic_within(range.opened(1e-12 * range.high), height_px, 40.0)
+        } else {
+            Axis::linear(range, height_px, 50.0, false)
+        };
+        Self { axis }
+    }
+
+    /// The step of a value, from 0 to `STEPS - 1`.
+    #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss)] // between 0 and the number of steps
+    pub(super) fn step(&self, value: f64) -> u8 {
+        let share = self.axis.share(value).max(0.0).min(1.0);
+        ((share * f64::from(STEPS)) as u8).min(STEPS - 1)
+    }
+
+    pub(super) fn colour(step: u8) -> Colour {
+        let place = f64::from(step) / f64::from(STEPS - 1) * (VIRIDIS.len() - 1) as f64;
+        #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss)] // 0 to 8
+        let below = (place as usize).min(VIRIDIS.len() - 2);
+        let share = place - below as f64;
+        #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss)] // 0 to 255
+        let mix = |a: u8, b: u8| (f64::from(a) + share * (f64::from(b) - f64::from(a))).round() as u8;
+        let (a, b) = (VIRIDIS[below], VIRIDIS[below + 1]);
+        (mix(a.0, b.0), mix(a.1, b.1), mix(a.2, b.2))
+    }
+
+    /// The bar, right of a panel.
+    pub(super) fn draw(&self, sheet: &mut Sheet, panel: &Frame, quantity: &str, unit: &str) {
+        let left = panel.right + 22.0;
+        let frame = Frame { left, right: left + BAR_PX, ..*panel };
+        let at = |share: f64| frame.bottom - share * frame.height();
+        for step in 0..STEPS {
+            let (low, high) = (f64::from(step) / f64::from(STEPS), f64::from(step + 1) / f64::from(STEPS));
+            // Down to the bottom: what the next one does not cover shows no seam.
+            let part = Frame { top: at(high), bottom: (at(low) + 1.0).min(frame.bottom), ..frame };
+            sheet.rectangle(&part, Self::colour(step));
+        }
+        let Frame { left, right, top, bottom } = frame;
+        let pen = Pen::solid(BORDER, 1.0);
+        sheet.line(&[(left, top), (right, top), (right, bottom), (left, bottom), (left, top)], pen);
+        for tick in &self.axis.ticks {
+            let y = at(self.axis.share(tick.value));
+            sheet.line(&[(right, y), (right + 4.0, y)], pen);
+            sheet.text(Lettering::new((right + 8.0, y), tick.label.as_str(), 12.5, Anchor::Left));
+        }
+        let labels = self.axis.ticks.iter().map(|tick| font::width_px(&tick.label, 12.5)).fold(0.0, f64::max);
+        let middle = (right + 8.0 + labels + 14.0, 0.5 * (top + bottom));
+        let title = self.axis.title(quantity, unit);
+        sheet.text(Lettering { upwards: true, ..Lettering::new(middle, title, 14.0, Anchor::Middle) });
+    }
+}

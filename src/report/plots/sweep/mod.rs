@@ -1,0 +1,79 @@
+//! Sweeps: maps and scattered dots in colour, curves, histograms.
+
+mod colour;
+mod curve;
+mod histogram;
+mod map;
+
+use super::super::axis::{Axis, Range, figure};
+use super::super::curve::Px;
+use super::super::panel::{Entry, Heading, Symbol, TITLE_EM, x_axis};
+use super::super::sheet::{Colour, INK, Sheet, VERMILLION, WHITE};
+use super::super::sweep::{SweepCell, SweepPicture, SweepPlot};
+use super::{capital, printable};
+use crate::report::font;
+
+/// Cells of loops that locked up, and of points without a figure: no colour of the scale.
+const LOCKED: Colour = (128, 128, 128);
+const MISSING: Colour = (222, 222, 222);
+
+/// The scenario's own point, and the best one.
+const OWN: Colour = INK;
+const BEST: Colour = VERMILLION;
+
+pub(in super::super) fn sheet(picture: &SweepPicture) -> Sheet {
+    match &picture.plot {
+        SweepPlot::Map { .. } | SweepPlot::Scatter { .. } => map::sheet(picture),
+        SweepPlot::Curve { .. } => curve::sheet(picture),
+        SweepPlot::Histogram { .. } => histogram::sheet(picture),
+    }
+}
+
+fn heading(picture: &SweepPicture) -> Heading {
+    let over = match picture.over.as_slice() {
+        [] => String::new(),
+        [one] => format!(" over {one}"),
+        [one, two] => format!(" over {one} and {two}"),
+        more => format!(" over {} values", more.len()),
+    };
+    let name = font::shortened(&printable(&picture.name), TITLE_EM, 500.0);
+    Heading {
+        title: format!("{name}: {}{over}", picture.figure),
+        subtitle: capital(&picture.facts),
+        ..Heading::default()
+    }
+}
+
+/// A value of the figure with its unit.
+fn with_unit(picture: &SweepPicture, value: f64) -> String {
+    format!("{} {}", figure(value, 4), picture.unit).trim_end().to_owned()
+}
+
+/// Legend entries for what has no figure.
+fn missing_entries(cells: impl Iterator<Item = SweepCell>) -> Vec<Entry> {
+    let (mut locked, mut missing) = (false, false);
+    for cell in cells {
+        locked |= cell == SweepCell::LockedUp;
+        missing |= cell == SweepCell::Missing;
+    }
+    let entry = |colour, text: &str| Entry { symbol: Symbol::Area(colour), text: text.to_owned() };
+    let mut entries = Vec::new();
+    entries.extend(locked.then(|| entry(LOCKED, "locked up")));
+    entries.extend(missing.then(|| entry(MISSING, "no figure (invalid, diverged)")));
+    entries
+}
+
+fn ring_entry(colour: Colour, text: String) -> Entry {
+    Entry { symbol: Symbol::Ring(colour), text }
+}
+
+/// A ring that can be seen on every colour.
+fn marker(sheet: &mut Sheet, at: Px, colour: Colour) {
+    sheet.dot(at, 7.0, WHITE);
+    sheet.ring(at, 6.0, 2.2, colour);
+}
+
+/// An axis across that ends where its values do.
+fn across(range: Range, width_px: f64, logarithmic: bool) -> Axis {
+    if logarithmic { Axis::logarithmic_within(range, width_px, 90.0) } else { x_axis(range, width_px, false) }
+}

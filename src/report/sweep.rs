@@ -1,0 +1,132 @@
+//! Pictures of sweeps: a map of two variables, a curve over one, a histogram.
+
+use std::path::{Path, PathBuf};
+
+use super::files::write_sheets;
+use super::plots::sweep;
+use super::{Format, ReportError, drawn};
+
+/// A variable along an axis.
+#[derive(Debug, Clone, PartialEq, Eq, Default)]
+pub struct SweepAxis {
+    /// What it is.
+    pub title: String,
+    /// Whether its logarithm is evenly spaced.
+    pub logarithmic: bool,
+}
+
+/// What a point, or a cell of points, shows.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub enum SweepCell {
+    /// Nothing: no point lies there.
+    #[default]
+    Empty,
+    /// The figure.
+    Figure(f64),
+    /// The loop locked up.
+    LockedUp,
+    /// There is no figure: the point is no valid scenario, or its loop diverged.
+    Missing,
+}
+
+impl SweepCell {
+    /// The one of two that is worse news.
+    #[must_use]
+    pub fn worse(self, other: Self) -> Self {
+        let rank = |cell: &Self| match cell {
+            Self::Empty => 0,
+            Self::Figure(_) => 1,
+            Self::LockedUp => 2,
+            Self::Missing => 3,
+        };
+        match (self, other) {
+            (Self::Figure(a), Self::Figure(b)) => Self::Figure(a.max(b)),
+            (a, b) if rank(&b) > rank(&a) => b,
+            (a, _) => a,
+        }
+    }
+}
+
+/// What is drawn.
+#[derive(Debug, Clone, PartialEq)]
+pub enum SweepPlot {
+    /// The figure over two variables, cell by cell.
+    Map {
+        /// Across and up.
+        axes: [SweepAxis; 2],
+        /// Borders of the cells, rising.
+        edges: [Vec<f64>; 2],
+        /// Row after row, the lowest first.
+        cells: Vec<SweepCell>,
+        /// Whether several points share a cell.
+        shared: bool,
+        /// The scenario's own values.
+        own: Option<[f64; 2]>,
+        /// The best point and its figure.
+        best: Option<([f64; 2], f64)>,
+    },
+    /// The figure at scattered values of two variables.
+    Scatter {
+        /// Across and up.
+        axes: [SweepAxis; 2],
+        /// The points.
+        points: Vec<([f64; 2], SweepCell)>,
+        /// The scenario's own values.
+        own: Option<[f64; 2]>,
+        /// The best point and its figure.
+        best: Option<([f64; 2], f64)>,
+    },
+    /// The figure over one variable.
+    Curve {
+        /// Across.
+        axis: SweepAxis,
+        /// The points, in the order of the variable.
+        points: Vec<(f64, SweepCell)>,
+        /// The scenario's own value.
+        own: Option<f64>,
+        /// The best point and its figure.
+        best: Option<(f64, f64)>,
+    },
+    /// How often the figure takes which value.
+    Histogram {
+        /// Sorted.
+        values: Vec<f64>,
+        /// Percent and value.
+        percentiles: Vec<(u32, f64)>,
+    },
+}
+
+/// A sweep to be drawn.
+#[derive(Debug, Clone, PartialEq)]
+pub struct SweepPicture {
+    /// Name of the scenario.
+    pub name: String,
+    /// How many points of what kind.
+    pub facts: String,
+    /// The figure, in words.
+    pub figure: &'static str,
+    /// Its unit; may be empty.
+    pub unit: &'static str,
+    /// What is varied.
+    pub over: Vec<String>,
+    /// What is drawn.
+    pub plot: SweepPlot,
+}
+
+impl SweepPicture {
+    /// The bytes of an SVG document (UTF-8) or of a PNG file.
+    ///
+    /// # Errors
+    /// A failure of the drawing backend.
+    pub fn draw(&self, format: Format) -> Result<Vec<u8>, ReportError> {
+        drawn(&sweep::sheet(self), "sweep", format)
+    }
+
+    /// Writes `NAME-sweep.svg` (or `.png`) into `folder`.
+    ///
+    /// # Errors
+    /// A failure of the drawing backend, or a file that cannot be written.
+    pub fn write(&self, folder: &Path, format: Format) -> Result<Vec<PathBuf>, ReportError> {
+        write_sheets([("sweep", sweep::sheet(self))], folder, &self.name, format)
+    }
+}

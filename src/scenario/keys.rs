@@ -1,0 +1,132 @@
+//! The keys that a scenario may have, by their full dotted names and by shorter ones.
+
+use std::sync::LazyLock;
+
+use serde_json::Value;
+use toml_edit::{DocumentMut, Item};
+
+use super::diagnostics::{Diagnostic, brief, nearest};
+use super::explain::choices;
+use super::file;
+
+/// Keys that hold exactly one table out of several: writing into one replaces the other, and its name may be left out.
+pub(super) const CHOICES: [&[&str]; 4] =
+    [&["path"], &["feedrate", "profile"], &["axes", "x", "plant"], &["axes", "y", "plant"]];
+
+/// The path of every value, in the order of the schema.
+fn leaves() -> &'static [Vec<String>] {
+    fn walk(node: &Value, path: &mut Vec<String>, found: &mut Vec<Vec<String>>) {
+        let before = found.len();
+        let tables = std::iter::once(node).chain(choices(node)).filter_map(|node| node.get("properties")?.as_object());
+        for (key, inner) in tables.flatten() {
+            path.push(key.clone());
+            walk(inner, path, found);
+            path.pop();
+        }
+        if found.len() == before && !path.is_empty() {
+            found.push(path.clone());
+        }
+    }
+    static LEAVES: LazyLock<Vec<Vec<String>>> = LazyLock::new(|| {
+        let mut found = Vec::new();
+        walk(file::schema(), &mut Vec::new(), &mut found);
+        found
+    });
+    &LEAVES
+}
+
+/// The path of a value without the name of the chosen table, and how many parts stand before that name.
+fn without_choice(leaf: &[String]) -> Option<(Vec<&str>, usize)> {
+    let way = CHOICES.iter().find(|way| leaf.len() > way.len() + 1 && leaf.iter().zip(**way).all(|(a, b)| a == b))?;
+    let short = leaf.iter().enumerate().filter(|(i, _)| *i != way.len()).map(|(_, key)| key.as_str()).collect();
+    Some((short, way.len()))
+}
+
+fn has_table(document: &DocumentMut, path: &[String]) -> bool {
+    path.iter().try_fold(document.as_item(), |item, key| item.get(key)).is_some_and(Item::is_table_like)
+}
+
+/// The full path of a value whose path may leave out the table that the document has chosen:
+/// `axes.x.plant.gain_rad_s_v` is `axes.x.plant.first_order.gain_rad_s_v`. None where there is no such value.
+pub(super) fn full(path: &[String], document: &DocumentMut) -> Option<Vec<String>> {
+    if leaves().iter().any(|leaf| leaf == path) {
+        return Some(path.to_vec());
+    }
+    let meant = leaves().iter().find(|leaf| {
+        without_choice(leaf).is_some_and(|(short, at)| {
+            short.iter().eq(path.iter()) && leaf.get(..=at).is_some_and(|table| has_table(document, table))
+        })
+    })?;
+    Some(meant.clone())
+}
+
+/// What is wrong with a path that [`full`] does not know.
+pub(super) fn unknown(path: &[String], document: &DocumentMut) -> Diagnostic {
+    let name = path.join(".");
+    let problem = Diagnostic::new(format!("a scenario has no value `{}`", brief(&name)));
+    let elsewhere = leaves().iter().find(|leaf| without_choice(leaf).is_some_and(|(short, _)| short.iter().eq(path)));
+    if let Some(leaf) = elsewhere {
+        return problem
+            .note(format!("`{}` is one, but the scenario has chosen another table there", leaf.join(".")))
+            .help("name the table in full to choose it, and give the rest of its values too");
+    }
+    if leaves().iter().any(|leaf| leaf.starts_with(path)) || has_table(document, path) {
+        return problem.note("it is a table").help(format!("name one value of it: `{}.…`", brief(&name)));
+    }
+    let full = leaves().iter().map(|leaf| leaf.join("."));
+    let short = leaves().iter().filter_map(|leaf| Some(without_choice(leaf)?.0.join(".")));
+    let names: Vec<String> = full.chain(short).collect();
+    // A last part that fits exactly says more than a long common beginning.
+    let last = path.last().map(String::as_str).unwrap_or_default();
+    let homes: Vec<&str> = names.iter().map(String::as_str).filter(|n| n.rsplit('.').next() == Some(last)).collect();
+    let known = match homes.as_slice() {
+        [] => nearest(&name, names.iter().map(String::as_str)),
+        [one] => Some(*one),
+        [first, ..] => nearest(&name, homes.iter().copied()).or(Some(*first)),
+    };
+    let problem = match known {
+        Some(known) => problem.help(format!("did you mean `{known}`?")),
+        None => problem,
+    };
+    problem.help("`servosim schema` lists every key")
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn path(key: &str) -> Vec<String> {
+        key.split('.').map(str::to_owned).collect()
+    }
+
+    #[test]
+    fn the_chosen_table_may_be_left_out() {
+        let alpha: DocumentMut = include_str!("../../scenarios/alpha.toml").parse().unwrap();
+        for (short, long) in [
+            ("axes.x.plant.gain_rad_s_v", Some("axes.x.plant.first_order.gain_rad_s_v")),
+            ("axes.y.plant.time_constant_s", Some("axes.y.plant.first_order.time_constant_s")),
+            ("feedrate.profile.phase_s", Some("feedrate.profile.exponential.phase_s")),
+            ("path.closed", Some("path.ph_spline.closed")),
+            ("axes.x.pdff.kpp", Some("axes.x.pdff.kpp")),
+            ("feedrate.profile.quintic.phase_s", Some("feedrate.profile.quintic.phase_s")),
+            ("control.period_s", Some("control.period_s")),
+            ("name", Some("name")),
+            ("axes.x.plant.mass_kg", None),
+            ("axes.x.plant", None),
+            ("axes.x.pdff.kp", None),
+        ] {
+            assert_eq!(full(&path(short), &alpha), long.map(path), "{short}");
+        }
+    }
+
+    #[test]
+    fn an_unknown_key_is_told_what_was_meant() {
+        let alpha: DocumentMut = include_str!("../../scenarios/alpha.toml").parse().unwrap();
+        let help = |key: &str| format!("{:?}", unknown(&path(key), &alpha));
+        assert!(help("axes.x.pdff.kp").contains("did you mean `axes.x.pdff.kpp`"), "{}", help("axes.x.pdff.kp"));
+        assert!(help("x.pdff.kpp").contains("did you mean `axes.x.pdff.kpp`"), "{}", help("x.pdff.kpp"));
+        assert!(help("feed_mm_s").contains("did you mean `feedrate.feed_mm_s`"), "{}", help("feed_mm_s"));
+        assert!(help("axes.x.plant.mass_kg").contains("another table"));
+        assert!(help("axes.x.plant").contains("it is a table"));
+    }
+}

@@ -1,0 +1,391 @@
+//! The figures at the points: axis parameters are written straight into the loop, other values make a new scenario.
+
+use std::collections::{HashMap, VecDeque};
+use std::ops::Range;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::{Arc, Mutex, PoisonError};
+
+use rayon::prelude::*;
+use serde::{Deserialize, Serialize};
+
+use super::definition::Sweep;
+use super::variable::Value;
+use crate::analysis::{Margins, margins};
+use crate::scenario::Scenario;
+use crate::servo::{AxisParameters, LoopSettings};
+use crate::simulation::{Course, RunFigures, Simulation};
+use crate::summary::SummaryObserver;
+
+/// What became of a point.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Status {
+    /// It ran, and no axis saturated.
+    Ok,
+    /// An axis saturated and recovered.
+    Saturated,
+    /// An axis locked up: its figures are those of a loop that is lost.
+    LockedUp,
+    /// A signal grew beyond all numbers: there are no figures.
+    Diverged,
+    /// The values make no valid scenario: there are no figures.
+    Invalid,
+}
+
+impl Status {
+    /// All of them, in the order of their codes in a journal.
+    pub const ALL: [Self; 5] = [Self::Ok, Self::Saturated, Self::LockedUp, Self::Diverged, Self::Invalid];
+
+    /// Its name in tables.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Ok => "ok",
+            Self::Saturated => "saturated",
+            Self::LockedUp => "locked_up",
+            Self::Diverged => "diverged",
+            Self::Invalid => "invalid",
+        }
+    }
+
+    /// Whether the loop did its work: it has figures, and they are those of a loop that follows.
+    pub fn is_sound(self) -> bool {
+        matches!(self, Self::Ok | Self::Saturated)
+    }
+}
+
+/// A figure of a point.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Figure(usize);
+
+/// Name, words and unit of every figure, and whether more of it is better: those of the run, then the margins.
+const FIGURES: [(&str, &str, &str, bool); 17] = [
+    ("max_contour_error_um", "max contouring error", "µm", false),
+    ("rms_contour_error_um", "rms contouring error", "µm", false),
+    ("max_tracking_error_um", "max tracking error", "µm", false),
+    ("rms_tracking_error_um", "rms tracking error", "µm", false),
+    ("peak_voltage_x_v", "peak voltage of X", "V", false),
+    ("peak_voltage_y_v", "peak voltage of Y", "V", false),
+    ("saturated_share", "share of saturated samples", "", false),
+    ("peak_sensitivity_x", "peak sensitivity Ms of X", "", false),
+    ("peak_sensitivity_y", "peak sensitivity Ms of Y", "", false),
+    ("gain_down_x", "lower end of the gain margin of X", "", false),
+    ("gain_down_y", "lower end of the gain margin of Y", "", false),
+    ("gain_up_x", "upper end of the gain margin of X", "", true),
+    ("gain_up_y", "upper end of the gain margin of Y", "", true),
+    ("phase_margin_x_deg", "phase margin of X", "°", true),
+    ("phase_margin_y_deg", "phase margin of Y", "°", true),
+    ("delay_margin_x_s", "delay margin of X", "s", true),
+    ("delay_margin_y_s", "delay margin of Y", "s", true),
+];
+
+/// How many of them are of the run.
+const OF_THE_RUN: usize = 7;
+
+impl Figure {
+    /// Largest contouring error, either side \[µm\].
+    pub const MAX_CONTOUR_ERROR: Self = Self(0);
+
+    /// Those of the run, and with `margins` those of the loops, in the order of the tables' columns.
+    pub fn all(margins: bool) -> impl Iterator<Item = Self> {
+        (0..if margins { FIGURES.len() } else { OF_THE_RUN }).map(Self)
+    }
+
+    /// The figure of this name.
+    pub fn find(name: &str) -> Option<Self> {
+        Self::all(true).find(|figure| figure.name() == name)
+    }
+
+    fn facts(self) -> (&'static str, &'static str, &'static str, bool) {
+        FIGURES.get(self.0).copied().unwrap_or(FIGURES[0])
+    }
+
+    /// Name of its column, with its unit.
+    pub fn name(self) -> &'static str {
+        self.facts().0
+    }
+
+    /// What it is, in words.
+    pub fn title(self) -> &'static str {
+        self.facts().1
+    }
+
+    /// Its unit; empty for a share.
+    pub fn unit(self) -> &'static str {
+        self.facts().2
+    }
+
+    /// Whether more of it is better.
+    pub fn is_better_large(self) -> bool {
+        self.facts().3
+    }
+
+    /// Whether it is a margin of a loop ([`crate::analysis::Margins`]) rather than a figure of the run.
+    pub fn is_margin(self) -> bool {
+        self.0 >= OF_THE_RUN
+    }
+
+    /// Its place among all figures.
+    pub(super) fn place(self) -> usize {
+        self.0
+    }
+}
+
+/// Status and figures of points in a row.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct Rows {
+    /// One a point.
+    pub status: Vec<Status>,
+    /// Figures of a point.
+    pub width: usize,
+    /// All figures of the first point, of the second, …; NaN where there are none. A margin may be infinite.
+    pub figures: Vec<f64>,
+}
+
+impl Rows {
+    /// How many points.
+    pub fn len(&self) -> usize {
+        self.status.len()
+    }
+
+    /// Whether there are none.
+    pub fn is_empty(&self) -> bool {
+        self.status.is_empty()
+    }
+
+    /// All figures of the point at `place`.
+    pub fn figures_of(&self, place: usize) -> &[f64] {
+        self.figures.get(place * self.width..(place + 1) * self.width).unwrap_or_default()
+    }
+
+    /// One figure of the point at `place`; NaN where there is none of this name.
+    pub fn figure(&self, place: usize, name: &str) -> f64 {
+        Figure::find(name).and_then(|figure| self.figures_of(place).get(figure.0).copied()).unwrap_or(f64::NAN)
+    }
+}
+
+/// What one point comes to.
+type Row = (Status, [f64; FIGURES.len()]);
+
+const NOTHING: [f64; FIGURES.len()] = [f64::NAN; FIGURES.len()];
+
+/// Scenarios that are kept.
+const CACHED: usize = 32;
+
+type Prepared = Result<Arc<Scenario>, String>;
+
+/// The last scenarios that were made, by what was set in them.
+#[derive(Debug, Default)]
+pub(super) struct ScenarioCache(Mutex<VecDeque<(Vec<String>, Prepared)>>);
+
+impl ScenarioCache {
+    fn get(&self, settings: &[String], make: impl FnOnce() -> Prepared) -> Prepared {
+        let lock = || self.0.lock().unwrap_or_else(PoisonError::into_inner);
+        if let Some((_, known)) = lock().iter().find(|(known, _)| known == settings) {
+            return known.clone();
+        }
+        // Made without the lock: several may be made at once.
+        let made = make();
+        let mut kept = lock();
+        kept.push_front((settings.to_vec(), made.clone()));
+        kept.truncate(CACHED);
+        made
+    }
+}
+
+impl Sweep {
+    /// Status and figures of the points in `range`, computed on all cores; none where `stop` was raised.
+    ///
+    /// What a point comes to does not depend on the range or the number of cores.
+    pub fn evaluate(&self, range: Range<u64>, stop: Option<&AtomicBool>) -> Option<Rows> {
+        let range = range.start..range.end.min(self.count());
+        let points: Vec<Vec<Value>> = range.into_par_iter().map(|index| self.values(index)).collect();
+        // Points with the same scenario are run together.
+        let mut groups: Vec<(Vec<String>, Vec<usize>)> = Vec::new();
+        let mut known: HashMap<Vec<String>, usize> = HashMap::new();
+        for (place, values) in points.iter().enumerate() {
+            let settings = self.settings(values);
+            let group = *known.entry(settings).or_insert_with_key(|settings| {
+                groups.push((settings.clone(), Vec::new()));
+                groups.len() - 1
+            });
+            if let Some((_, places)) = groups.get_mut(group) {
+                places.push(place);
+            }
+        }
+        let done: Vec<Vec<Row>> = groups
+            .par_iter()
+            .map(|(settings, places)| {
+                let values: Vec<&[Value]> = places.iter().filter_map(|&i| Some(points.get(i)?.as_slice())).collect();
+                self.group(settings, &values, stop)
+            })
+            .collect::<Option<_>>()?;
+        let width = self.definition.figures.len();
+        let mut rows =
+            Rows { status: vec![Status::Invalid; points.len()], width, figures: vec![f64::NAN; points.len() * width] };
+        for ((_, places), found) in groups.iter().zip(done) {
+            for (&place, (status, figures)) in places.iter().zip(found) {
+                if let Some(slot) = rows.status.get_mut(place) {
+                    *slot = status;
+                }
+                for (slot, figure) in rows.figures.iter_mut().skip(place * width).take(width).zip(figures) {
+                    *slot = figure;
+                }
+            }
+        }
+        Some(rows)
+    }
+
+    /// Why the values of a point cannot be run; none where they can.
+    pub fn why_invalid(&self, index: u64) -> Option<String> {
+        let values = self.values(index);
+        match self.prepared(&self.settings(&values)) {
+            Err(reason) => Some(reason),
+            Ok(scenario) => self.axes(&scenario, &values).iter().find_map(|axis| Some(axis.check().err()?.to_string())),
+        }
+    }
+
+    /// What has to be set in the scenario's text.
+    fn settings(&self, values: &[Value]) -> Vec<String> {
+        let variables = self.definition.variables.iter().zip(&self.axis_values).zip(values);
+        variables
+            .filter(|((_, axis), _)| axis.is_none())
+            .map(|((variable, _), value)| variable.setting(value))
+            .collect()
+    }
+
+    fn prepared(&self, settings: &[String]) -> Prepared {
+        if settings.is_empty() {
+            return Ok(Arc::new(self.scenario.clone()));
+        }
+        self.cache.get(settings, || {
+            let mut document = self.document.clone();
+            for setting in settings {
+                document.set(setting).map_err(|error| error.to_string())?;
+            }
+            document.scenario().map(Arc::new).map_err(|error| error.to_string())
+        })
+    }
+
+    /// The axes at a point.
+    fn axes(&self, scenario: &Scenario, values: &[Value]) -> [AxisParameters; 2] {
+        let mut axes = scenario.axes;
+        for (target, value) in self.axis_values.iter().zip(values) {
+            if let (Some(target), Some(number)) = (target, value.number())
+                && let Some(axis) = axes.get_mut(target.axis)
+            {
+                *(target.pick)(axis) = number;
+            }
+        }
+        axes
+    }
+
+    /// Points with the same settings; none where `stop` was raised.
+    fn group(&self, settings: &[String], points: &[&[Value]], stop: Option<&AtomicBool>) -> Option<Vec<Row>> {
+        let invalid = (Status::Invalid, NOTHING);
+        let Ok(scenario) = self.prepared(settings) else { return Some(vec![invalid; points.len()]) };
+        let engine = Engine::new(&scenario);
+        let mut rows = Vec::with_capacity(points.len());
+        for points in points.chunks(engine.batch()) {
+            if stop.is_some_and(|stop| stop.load(Ordering::Relaxed)) {
+                return None;
+            }
+            let axes: Vec<[AxisParameters; 2]> = points.iter().map(|values| self.axes(&scenario, values)).collect();
+            let is_valid = |axes: &[AxisParameters; 2]| axes.iter().all(|axis| axis.check().is_ok());
+            let valid: Vec<[AxisParameters; 2]> = axes.iter().copied().filter(is_valid).collect();
+            let mut found = engine.run(&valid).into_iter();
+            rows.extend(axes.iter().map(|axes| {
+                if !is_valid(axes) {
+                    return invalid;
+                }
+                let (status, mut figures) = found.next().flatten().map_or((Status::Diverged, NOTHING), |run| row(&run));
+                if self.definition.figures.len() > OF_THE_RUN {
+                    add_margins(&mut figures, axes, &scenario.settings);
+                }
+                (status, figures)
+            }));
+        }
+        Some(rows)
+    }
+}
+
+fn add_margins(figures: &mut [f64], axes: &[AxisParameters; 2], settings: &LoopSettings) {
+    const OF_EACH: [fn(&Margins) -> f64; 5] =
+        [|m| m.peak_sensitivity, |m| m.gain_down, |m| m.gain_up, |m| m.phase_margin_deg, |m| m.delay_margin_s];
+    let loops = axes.each_ref().map(|axis| margins(axis, settings));
+    let all = OF_EACH.iter().flat_map(|pick| loops.each_ref().map(pick));
+    figures.iter_mut().skip(OF_THE_RUN).zip(all).for_each(|(slot, margin)| *slot = margin);
+}
+
+fn row(run: &RunFigures<2>) -> Row {
+    let of_the_run = [
+        run.max_contour_error_um,
+        run.rms_contour_error_um,
+        run.max_tracking_error_um,
+        run.rms_tracking_error_um,
+        run.peak_voltage_v[0],
+        run.peak_voltage_v[1],
+        run.saturated_share,
+    ];
+    if of_the_run.iter().any(|figure| !figure.is_finite()) {
+        return (Status::Diverged, NOTHING);
+    }
+    let mut figures = NOTHING;
+    figures.iter_mut().zip(of_the_run).for_each(|(slot, figure)| *slot = figure);
+    let status = if run.locked_up {
+        Status::LockedUp
+    } else if run.saturated_share > 0.0 {
+        Status::Saturated
+    } else {
+        Status::Ok
+    };
+    (status, figures)
+}
+
+/// What runs many axes along the path of one scenario.
+enum Engine<'a> {
+    /// Side by side.
+    Course(Course<'a, 2>),
+    /// One by one: a course would be too long to be kept.
+    Single(&'a Scenario),
+}
+
+impl<'a> Engine<'a> {
+    fn new(scenario: &'a Scenario) -> Self {
+        scenario.course().map_or(Self::Single(scenario), Self::Course)
+    }
+
+    /// How many points to hand it at a time: a second of work at most, so that it can be stopped.
+    fn batch(&self) -> usize {
+        match self {
+            Self::Course(course) => {
+                usize::try_from((1 << 24) / course.samples().max(1)).unwrap_or(1).clamp(64, 1 << 14)
+            }
+            Self::Single(_) => 16,
+        }
+    }
+
+    /// The figures of each; none where a loop diverged.
+    fn run(&self, axes: &[[AxisParameters; 2]]) -> Vec<Option<RunFigures<2>>> {
+        match self {
+            Self::Course(course) => course.run(axes).map_or(Vec::new(), |runs| runs.into_iter().map(Some).collect()),
+            Self::Single(scenario) => axes.par_iter().map(|axes| single(scenario, *axes)).collect(),
+        }
+    }
+}
+
+fn single(scenario: &Scenario, axes: [AxisParameters; 2]) -> Option<RunFigures<2>> {
+    let mut observer = SummaryObserver::new(String::new());
+    let simulation = Simulation::new(&*scenario.path, &scenario.motion, axes, scenario.settings).ok()?;
+    simulation.run(&scenario.limits, None, &mut [&mut observer]).ok()?;
+    let summary = observer.summary();
+    let voltage = |axis: usize| summary.axes.get(axis).map_or(f64::NAN, |axis| axis.peak_voltage_v);
+    Some(RunFigures {
+        max_contour_error_um: summary.max_contour_error_um,
+        rms_contour_error_um: summary.rms_contour_error_um,
+        max_tracking_error_um: summary.max_tracking_error_um,
+        rms_tracking_error_um: summary.rms_tracking_error_um,
+        peak_voltage_v: [voltage(0), voltage(1)],
+        saturated_share: summary.saturated_share,
+        locked_up: summary.locked_up,
+    })
+}
