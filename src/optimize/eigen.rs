@@ -41,12 +41,14 @@ fn rotate(a: &mut Matrix, vectors: &mut Matrix, p: usize, q: usize) {
     for row in a.iter_mut().chain(vectors.iter_mut()) {
         (row[p], row[q]) = (c * row[p] - s * row[q], s * row[p] + c * row[q]);
     }
-    for k in 0..a.len() {
-        (a[p][k], a[q][k]) = (c * a[p][k] - s * a[q][k], s * a[p][k] + c * a[q][k]);
+    let (row_p, row_q) = (a[p].clone(), a[q].clone());
+    for (k, (x, y)) in row_p.into_iter().zip(row_q).enumerate() {
+        (a[p][k], a[q][k]) = (c * x - s * y, s * x + c * y);
     }
 }
 
 #[cfg(test)]
+#[allow(clippy::needless_range_loop)] // two matrices share the indices
 mod tests {
     use super::*;
     use crate::optimize::Random;
