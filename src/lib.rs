@@ -17,6 +17,7 @@
 //! | [`feedrate`] | profiles, motion `s(t)` along a length |
 //! | [`interpolator`] | path and motion to a stream of setpoints |
 //! | [`servo`] | plant, PDFF controller, the axis loop, lock-up |
+//! | [`analysis`] | the sampled loop in closed form: margins, sensitivity, poles, bandwidth, step response |
 //! | [`contour`] | contouring error against a path |
 //! | [`simulation`] | pulls setpoints through the axes and hands each period to observers |
 //! | [`limits`], [`summary`] | what a run is held to, and its figures |
@@ -28,6 +29,7 @@
 //! `path`, `feedrate` and `servo` are the ground floor and do not know each other; [`simulation`] is where they meet, and
 //! everything after it observes it. Lengths are mm, times s, angles rad, voltages V, torques N m; a public name says its unit.
 
+pub mod analysis;
 pub mod contour;
 pub mod feedrate;
 pub mod interpolator;

@@ -4,7 +4,8 @@ use std::fs;
 use std::io;
 use std::path::{Path, PathBuf};
 
-use super::{Format, PlotKind, ReportError, RunData, draw};
+use super::sheet::Sheet;
+use super::{Format, PlotKind, ReportError, RunData, drawn, plots};
 
 /// Draws every plot that applies to the runs and writes `STEM-path.svg`, `STEM-contour.svg`, `STEM-feedrate.svg`,
 /// `STEM-voltage.svg` and, when there was a search, `STEM-search.svg` into `folder` (made if missing; existing files are
@@ -15,16 +16,31 @@ use super::{Format, PlotKind, ReportError, RunData, draw};
 /// # Errors
 /// No run, a stem that is no plain file name, a plot that cannot be drawn, a file or folder that cannot be written.
 pub fn write_all(runs: &[RunData], folder: &Path, stem: &str, format: Format) -> Result<Vec<PathBuf>, ReportError> {
-    if stem.is_empty() || stem.chars().any(|c| matches!(c, '/' | '\\') || c.is_control()) {
-        return Err(ReportError::Stem { stem: stem.to_owned() });
-    }
+    check_stem(stem)?;
     if runs.is_empty() {
         return Err(ReportError::Nothing { kind: PlotKind::Path });
     }
-    let plots = PlotKind::ALL
+    let kinds = PlotKind::ALL.into_iter().filter(|kind| kind.applies_to(runs));
+    write_sheets(kinds.map(|kind| (kind.name(), plots::sheet(runs, kind))), folder, stem, format)
+}
+
+/// Writes each sheet as `STEM-NAME.svg` (or `.png`) into `folder`, which is made if it is missing; existing files are
+/// replaced. Returns the files in the order of the sheets. The way of every plot to its file, of runs and of anything else.
+///
+/// All sheets are drawn before the first is written, and each file appears under its name only when it is complete.
+///
+/// # Errors
+/// A stem that is no plain file name, a sheet that cannot be drawn, a file or folder that cannot be written.
+pub(super) fn write_sheets(
+    sheets: impl IntoIterator<Item = (&'static str, Sheet)>,
+    folder: &Path,
+    stem: &str,
+    format: Format,
+) -> Result<Vec<PathBuf>, ReportError> {
+    check_stem(stem)?;
+    let plots = sheets
         .into_iter()
-        .filter(|kind| kind.applies_to(runs))
-        .map(|kind| Ok((format!("{stem}-{}.{}", kind.name(), format.extension()), draw(runs, kind, format)?)))
+        .map(|(name, sheet)| Ok((format!("{stem}-{name}.{}", format.extension()), drawn(&sheet, name, format)?)))
         .collect::<Result<Vec<_>, ReportError>>()?;
     fs::create_dir_all(folder).map_err(|source| ReportError::Write { file: folder.to_owned(), source })?;
     let mut files = Vec::with_capacity(plots.len());
@@ -40,6 +56,13 @@ pub fn write_all(runs: &[RunData], folder: &Path, stem: &str, format: Format) ->
         files.push(file);
     }
     Ok(files)
+}
+
+fn check_stem(stem: &str) -> Result<(), ReportError> {
+    if stem.is_empty() || stem.chars().any(|c| matches!(c, '/' | '\\') || c.is_control()) {
+        return Err(ReportError::Stem { stem: stem.to_owned() });
+    }
+    Ok(())
 }
 
 fn write_and_rename(unfinished: &Path, file: &Path, bytes: &[u8]) -> io::Result<()> {

@@ -103,10 +103,10 @@ pub enum ReportError {
         kind: PlotKind,
     },
     /// The drawing backend failed.
-    #[error("the {} plot could not be drawn: {reason}", kind.name())]
+    #[error("the {plot} plot could not be drawn: {reason}")]
     Draw {
-        /// Which plot.
-        kind: PlotKind,
+        /// Which plot, as in its file's name.
+        plot: &'static str,
         /// What the backend says.
         reason: String,
     },
@@ -134,10 +134,14 @@ pub fn draw(runs: &[RunData], kind: PlotKind, format: Format) -> Result<Vec<u8>,
     if !kind.applies_to(runs) {
         return Err(ReportError::Nothing { kind });
     }
-    let sheet = plots::sheet(runs, kind);
+    drawn(&plots::sheet(runs, kind), kind.name(), format)
+}
+
+/// The bytes of a sheet; `plot` is what messages and file names call it.
+fn drawn(sheet: &sheet::Sheet, plot: &'static str, format: Format) -> Result<Vec<u8>, ReportError> {
     let drawn = match format {
         Format::Svg => sheet.svg(),
         Format::Png => sheet.png(),
     };
-    drawn.map_err(|reason| ReportError::Draw { kind, reason })
+    drawn.map_err(|reason| ReportError::Draw { plot, reason })
 }

@@ -141,7 +141,7 @@ impl<L: Lane> AxisLoop<L> {
 }
 
 /// `Δt - τ (1 - exp(-Δt/τ))` \[s\].
-fn coasting_s(dt: f64, tau: f64) -> f64 {
+pub(crate) fn coasting_s(dt: f64, tau: f64) -> f64 {
     let x = dt / tau;
     if x < 1e-4 {
         // The difference would cancel; the next term of the series is below 1e-18.

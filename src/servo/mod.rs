@@ -22,6 +22,7 @@ mod lane;
 mod lockup;
 mod parameters;
 
+pub(crate) use axis::coasting_s;
 pub use axis::{AxisLoop, AxisSignals};
 pub use lane::{Lane, LaneMask, Lanes};
 pub use lockup::{Lockup, LockupKind, LockupWatch};
