@@ -42,3 +42,4 @@ pub mod scenario;
 pub mod servo;
 pub mod simulation;
 pub mod summary;
+pub mod tuning;

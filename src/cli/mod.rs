@@ -9,6 +9,9 @@ mod progress;
 mod run;
 mod schema;
 mod table;
+mod tune;
+mod tune_file;
+mod tune_table;
 
 use std::io::{self, IsTerminal, Write};
 use std::path::PathBuf;
@@ -27,6 +30,7 @@ use servosim::simulation::SimulationError;
 Examples:
   servosim run alpha.toml                              run a scenario: figures, recording and plots
   servosim run heart --set axes.x.pdff.kpp=120         the same with another gain
+  servosim tune alpha.toml                             better gains, as output/alpha-tuned.toml
   servosim plot alpha heart                            lay two runs over each other
   servosim inspect output/alpha.mcap --csv             every sample as CSV
   servosim new mine && servosim run mine.toml          start one of your own
@@ -35,7 +39,7 @@ Exit codes:
   0  fine
   1  failed while running, or interrupted
   2  wrong usage, or an invalid scenario
-  3  a limit of the scenario was broken, or the loop locked up")]
+  3  a limit of the scenario was broken, or the loop locked up, or no gains keep the constraints")]
 struct Cli {
     #[command(subcommand)]
     command: Command,
@@ -45,6 +49,8 @@ struct Cli {
 enum Command {
     /// Run a scenario and print its figures
     Run(run::RunArgs),
+    /// Search gains with a smaller contouring error that keep stability margin
+    Tune(tune::TuneArgs),
     /// Plot recordings, one or several laid over each other
     Plot(plot::PlotArgs),
     /// Tell what a recording holds, or export it as CSV
@@ -91,6 +97,17 @@ pub(crate) enum CliError {
         /// The recording.
         recording: PathBuf,
     },
+    /// No gains keep the constraints of a tuning.
+    #[error("{0}")]
+    NothingAllowed(String),
+    /// The user stopped a tuning.
+    #[error("interrupted after {evaluations} evaluations; the best gains so far are in {}", scenario.display())]
+    TuningInterrupted {
+        /// How far it was.
+        evaluations: usize,
+        /// The tuned scenario.
+        scenario: PathBuf,
+    },
     /// The recording could not be written.
     #[error(transparent)]
     Recording(#[from] RecordingError),
@@ -135,6 +152,7 @@ impl CliError {
             | Self::Report(ReportError::Stem { .. })
             | Self::Read(ReadError::Open { .. } | ReadError::Folder { .. })
             | Self::Recording(RecordingError::Occupied { .. } | RecordingError::Folder { .. }) => 2,
+            Self::NothingAllowed(_) => 3,
             _ => 1,
         }
     }
@@ -161,6 +179,7 @@ pub(crate) fn main() -> ExitCode {
     };
     let outcome = match &cli.command {
         Command::Run(args) => run::run(args),
+        Command::Tune(args) => tune::run(args),
         Command::Plot(args) => plot::run(args),
         Command::Inspect(args) => inspect::run(args),
         Command::Check(args) => check::run(args),

@@ -46,14 +46,14 @@ pub(crate) struct RunArgs {
 }
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
-enum Plots {
+pub(crate) enum Plots {
     Svg,
     Png,
     None,
 }
 
 impl Plots {
-    fn format(self) -> Option<report::Format> {
+    pub(crate) fn format(self) -> Option<report::Format> {
         match self {
             Self::Svg => Some(report::Format::Svg),
             Self::Png => Some(report::Format::Png),
@@ -63,7 +63,7 @@ impl Plots {
 }
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
-enum Format {
+pub(crate) enum Format {
     Table,
     Json,
 }
@@ -149,8 +149,8 @@ fn json(summary: &Summary) -> Result<String, CliError> {
     Ok(text)
 }
 
-/// A flag that Ctrl-C raises, so that a run ends after a whole period; a second Ctrl-C ends the program at once.
-fn stop_flag() -> Arc<AtomicBool> {
+/// A flag that Ctrl-C raises, so that a run (a search) ends soon and in order; a second Ctrl-C ends the program at once.
+pub(crate) fn stop_flag() -> Arc<AtomicBool> {
     let flag = Arc::new(AtomicBool::new(false));
     let raised = Arc::clone(&flag);
     // Without a handler Ctrl-C just ends the program, which is no reason not to run.
