@@ -4,7 +4,7 @@ use rayon::prelude::*;
 use serde::Serialize;
 
 use super::problem::{Assessment, Objective, Problem};
-use super::runs::{Figures, simulate, simulate_noisy};
+use super::runs::{Figures, Runs, noisy};
 use super::search::{Tuned, Tuning};
 use super::variable::Gain;
 use crate::feedrate::Motion;
@@ -219,7 +219,7 @@ fn side(problem: &Problem<'_>, assessment: &Assessment, seed: u64) -> Side {
 /// Runs plants drawn from the uncertainty box, the same ones for every set of gains.
 fn spread(problem: &Problem<'_>, axes: &[AxisParameters; 2], seed: u64) -> Spread {
     let plants = problem.constraints.uncertainty.drawn(axes, DRAWN_PLANTS, seed);
-    let runs: Vec<Figures> = plants.par_chunks(50).flat_map_iter(|chunk| simulate(problem.scenario, chunk)).collect();
+    let runs: Vec<Figures> = plants.par_chunks(48).flat_map_iter(|chunk| problem.runs().of(chunk)).collect();
     let mut errors: Vec<f64> = runs.iter().map(|run| run.max_contour_error_um).collect();
     errors.sort_by(f64::total_cmp);
     let share = |percent: usize| errors.get((errors.len() * percent / 100).min(errors.len().saturating_sub(1)));
@@ -243,7 +243,7 @@ fn gains(problem: &Problem<'_>, after: &Assessment) -> Vec<GainFindings> {
             let moved = |factor: f64| {
                 let mut axes = after.axes;
                 variable.gain.set(&mut axes[variable.axis].pdff, factor * value);
-                let figures = simulate(problem.scenario, &[axes]);
+                let figures = problem.runs().of(&[axes]);
                 let margins = crate::analysis::margins(&axes[variable.axis], &problem.scenario.settings);
                 (figures.first().map_or(f64::NAN, |run| problem.objective.of(run)), margins.peak_sensitivity)
             };
@@ -306,7 +306,8 @@ fn checks(scenario: &Scenario, before: &[AxisParameters; 2], after: &[AxisParame
         });
         Check { name, survives, before, after }
     };
-    let plain = |scenario: &Scenario, axes: &[AxisParameters; 2]| simulate(scenario, &[*axes]).first().copied();
+    let plain =
+        |scenario: &Scenario, axes: &[AxisParameters; 2]| Runs::new(scenario).ok()?.of(&[*axes]).first().copied();
     let star = Scenario::builtin("star").ok().map(|star| Scenario { settings: scenario.settings, ..star });
     let feed_mm_s = HIGHER_FEED * scenario.feed_mm_s;
     let faster = Motion::plan(scenario.path.length_mm(), feed_mm_s, scenario.profile).ok().map(|motion| Scenario {
@@ -317,7 +318,7 @@ fn checks(scenario: &Scenario, before: &[AxisParameters; 2], after: &[AxisParame
     vec![
         check("another path: star".to_owned(), &|axes| plain(star.as_ref()?, axes)),
         check(format!("{HIGHER_FEED} times the feed"), &|axes| plain(faster.as_ref()?, axes)),
-        check(format!("{} % noise on the voltage", 100.0 * NOISE), &|axes| simulate_noisy(scenario, axes, NOISE, seed)),
+        check(format!("{} % noise on the voltage", 100.0 * NOISE), &|axes| noisy(scenario, axes, NOISE, seed)),
     ]
 }
 

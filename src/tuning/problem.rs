@@ -7,7 +7,7 @@ use crate::scenario::Scenario;
 use crate::servo::AxisParameters;
 
 use super::TuningError;
-use super::runs::{Figures, simulate};
+use super::runs::{Figures, Runs};
 use super::uncertainty::{Shares, Uncertainty};
 use super::variable::Variable;
 
@@ -136,7 +136,7 @@ pub struct Assessment {
 /// cancel along this very path: 0.1 µm, and twenty times as much when one plant is a little slower than the scenario says.
 /// The corners of the uncertainty box count with [`Problem::worst_weight`] for that reason. Corners whose plants would need more
 /// than the drive's voltage to follow the path are left out: no gains can help there.
-#[derive(Debug, Clone)]
+#[derive(Debug)]
 pub struct Problem<'a> {
     /// The scenario.
     pub scenario: &'a Scenario,
@@ -150,6 +150,7 @@ pub struct Problem<'a> {
     pub worst_weight: f64,
     /// The corners that count.
     corners: Vec<Shares>,
+    runs: Runs<'a>,
 }
 
 impl<'a> Problem<'a> {
@@ -164,12 +165,18 @@ impl<'a> Problem<'a> {
         constraints: Constraints,
         worst_weight: f64,
     ) -> Result<Self, TuningError> {
-        let mut problem = Self { scenario, variables, objective, constraints, worst_weight, corners: Vec::new() };
+        let runs = Runs::new(scenario)?;
+        let mut problem = Self { scenario, variables, objective, constraints, worst_weight, corners: Vec::new(), runs };
         problem.check()?;
         if worst_weight > 0.0 && !constraints.uncertainty.is_none() {
             problem.corners = constraints.uncertainty.corners_in_reach(scenario);
         }
         Ok(problem)
+    }
+
+    /// Runs with each of these axes, whatever becomes of them.
+    pub(super) fn runs(&self) -> &Runs<'a> {
+        &self.runs
     }
 
     /// How many runs one evaluation takes.
@@ -225,7 +232,6 @@ impl<'a> Problem<'a> {
                 return Err(TuningError::Twice { key: variable.key() });
             }
         }
-        self.scenario.simulation()?;
         Ok(())
     }
 
@@ -288,7 +294,7 @@ impl<'a> Problem<'a> {
         let uncertainty = &self.constraints.uncertainty;
         let corners = self.corners.iter().map(|shares| uncertainty.moved(axes, shares));
         let plants: Vec<[AxisParameters; 2]> = std::iter::once(*axes).chain(corners).collect();
-        let runs = simulate(self.scenario, &plants);
+        let runs = self.runs.of(&plants);
         let nominal = runs.first().copied().unwrap_or(Figures::LOST);
         let mut violations = Vec::new();
         let mut broken = |constraint, value, by| {

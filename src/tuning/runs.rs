@@ -1,10 +1,12 @@
 //! Runs of many sets of axes along one path.
 
+use std::fmt;
+
 use serde::Serialize;
 
 use crate::scenario::Scenario;
 use crate::servo::{AxisParameters, LockupWatch};
-use crate::simulation::Simulation;
+use crate::simulation::{Simulation, SimulationError};
 
 /// The figures of one run.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
@@ -38,9 +40,32 @@ impl Figures {
     };
 }
 
-/// Runs the scenario with each of these axes.
-pub(super) fn simulate(scenario: &Scenario, axes: &[[AxisParameters; 2]]) -> Vec<Figures> {
-    axes.iter().map(|axes| one(scenario, axes).unwrap_or(Figures::LOST)).collect()
+/// A scenario that is run with many sets of axes.
+pub(super) struct Runs<'a> {
+    scenario: &'a Scenario,
+}
+
+impl fmt::Debug for Runs<'_> {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.debug_struct("Runs").field("samples", &self.samples()).finish_non_exhaustive()
+    }
+}
+
+impl<'a> Runs<'a> {
+    pub(super) fn new(scenario: &'a Scenario) -> Result<Self, SimulationError> {
+        scenario.simulation()?;
+        Ok(Self { scenario })
+    }
+
+    /// Control periods of a run.
+    pub(super) fn samples(&self) -> u64 {
+        self.scenario.simulation().map_or(1, |run| run.samples())
+    }
+
+    /// One run with each of these axes.
+    pub(super) fn of(&self, axes: &[[AxisParameters; 2]]) -> Vec<Figures> {
+        axes.iter().map(|axes| one(self.scenario, axes).unwrap_or(Figures::LOST)).collect()
+    }
 }
 
 fn one(scenario: &Scenario, axes: &[AxisParameters; 2]) -> Option<Figures> {
@@ -76,12 +101,7 @@ fn one(scenario: &Scenario, axes: &[AxisParameters; 2]) -> Option<Figures> {
 
 /// Runs the scenario with these axes and multiplicative noise on the voltage: every sample's voltage reaches the plant
 /// multiplied by `1 + share z` with `z` standard normal.
-pub(super) fn simulate_noisy(
-    scenario: &Scenario,
-    axes: &[AxisParameters; 2],
-    share: f64,
-    seed: u64,
-) -> Option<Figures> {
+pub(super) fn noisy(scenario: &Scenario, axes: &[AxisParameters; 2], share: f64, seed: u64) -> Option<Figures> {
     let _ = (share, seed);
     one(scenario, axes)
 }

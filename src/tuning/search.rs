@@ -48,8 +48,7 @@ pub struct Tuning {
 impl Tuning {
     /// The default, with the budget that takes a few seconds for this problem.
     pub fn default_for(problem: &Problem<'_>) -> Self {
-        let samples = problem.scenario.simulation().map_or(1, |run| run.samples());
-        let steps = samples.saturating_mul(problem.plants() as u64).max(1);
+        let steps = problem.runs().samples().saturating_mul(problem.plants() as u64).max(1);
         let budget = usize::try_from(STEPS / steps).unwrap_or(usize::MAX).clamp(1000, 20_000);
         Self { budget, ..Self::default() }
     }

@@ -86,7 +86,7 @@ impl Gain {
         let (factor, stiff) = match self {
             // Loops closed at a fifth of the sampling rate: ω_c Δt = 0.2.
             Self::Kpp => (3.0, 0.2 / (settings.period_s * r_g)),
-            Self::Kpv => (3.0, axis.plant.time_constant_s / (axis.plant.gain_rad_s_v * k_t) * 0.5 / settings.period_s),
+            Self::Kpv => (3.0, axis.plant.time_constant_s / (axis.plant.gain_rad_s_v * k_t) / settings.period_s),
             Self::Kiv => (3.0, 0.2 / settings.period_s),
             Self::Kpf => (2.0, 2.0 / r_g),
             Self::Kvf => (2.0, 2.0),
@@ -203,7 +203,8 @@ impl Variable {
 fn unknown(key: &str, known: impl Iterator<Item = String>) -> TuningError {
     let known: Vec<String> = known.collect();
     let similarity = |name: &String| strsim::jaro_winkler(&key.to_lowercase(), name);
-    let nearest = known.iter().max_by(|a, b| similarity(a).total_cmp(&similarity(b)));
+    // Of equals the first.
+    let nearest = known.iter().rev().max_by(|a, b| similarity(a).total_cmp(&similarity(b)));
     let suggestion = nearest.filter(|name| similarity(name) > 0.6).cloned();
     TuningError::UnknownVariable { key: key.to_owned(), suggestion }
 }
