@@ -59,6 +59,11 @@ impl<'a, const D: usize> Interpolator<'a, D> {
         self.end
     }
 
+    /// Where on the path the last setpoint was found.
+    pub(crate) fn cursor(&self) -> Cursor {
+        self.cursor
+    }
+
     /// The setpoint at sample `k`; the motion rests on the path's end after its last one. Cheap when `k` follows on the
     /// sample asked for before.
     #[inline]

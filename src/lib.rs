@@ -12,6 +12,7 @@
 //!
 //! | module | what lives there |
 //! |---|---|
+//! | [`lane`] | numbers side by side: what the hot loops are generic over |
 //! | [`path`] | PH quintic splines, lines, circles; length, point, tangent and curvature at arc length, nearest point |
 //! | [`optimize`] | pattern search: a function in, the best point and the history out |
 //! | [`feedrate`] | profiles, motion `s(t)` along a length |
@@ -33,6 +34,7 @@ pub mod analysis;
 pub mod contour;
 pub mod feedrate;
 pub mod interpolator;
+pub mod lane;
 pub mod limits;
 pub mod optimize;
 pub mod path;

@@ -6,8 +6,9 @@ use std::process::{Command, Stdio};
 
 use servosim::feedrate::{Motion, Profile};
 use servosim::interpolator::Interpolator;
+use servosim::lane::{Kernel, vectorized};
 use servosim::path::Path;
-use servosim::servo::{AxisLoop, Lanes, LoopSettings};
+use servosim::servo::{AxisLoop, AxisParameters, LoopSettings};
 
 use crate::{fastest, seconds};
 
@@ -25,55 +26,53 @@ pub(crate) fn bench(quick: bool) {
     let mut single = || {
         let (time, ()) = seconds(|| {
             for _ in 0..passes {
-                let mut x = AxisLoop::new(&axes[0], &settings, 0.0);
-                let mut y = AxisLoop::new(&axes[1], &settings, 0.0);
-                for (command, out) in setpoints.iter().zip(&mut out) {
-                    let (x, y) = (x.step(command[0], 0.0), y.step(command[1], 0.0));
-                    *out = [x.actual_mm, x.voltage_v, y.actual_mm, y.voltage_v];
-                }
+                vectorized(Single { axes: &axes, settings: &settings, setpoints: &setpoints, out: &mut out });
                 std::hint::black_box(&mut out);
             }
         });
         let sum: f64 = out.iter().map(|o| o[0].abs() + o[2].abs()).sum();
         (1e9 * time / steps, sum)
     };
-    let mut batch_out = vec![[Lanes([0.0; 4]); 4]; setpoints.len()];
-    let mut batch = || {
-        let (time, ()) = seconds(|| {
-            for _ in 0..passes / 4 {
-                let mut x = AxisLoop::batch(&[axes[0]; 4], &settings, 0.0);
-                let mut y = AxisLoop::batch(&[axes[1]; 4], &settings, 0.0);
-                for (command, out) in setpoints.iter().zip(&mut batch_out) {
-                    let zero = Lanes([0.0; 4]);
-                    let (x, y) = (x.step(Lanes([command[0]; 4]), zero), y.step(Lanes([command[1]; 4]), zero));
-                    *out = [x.actual_mm, x.voltage_v, y.actual_mm, y.voltage_v];
-                }
-                std::hint::black_box(&mut batch_out);
-            }
-        });
-        1e9 * time / steps
-    };
 
     let c = compile();
-    let (mut ours, mut batches, mut theirs) = (Vec::new(), Vec::new(), Vec::new());
+    let (mut ours, mut theirs) = (Vec::new(), Vec::new());
     for _ in 0..rounds {
         let (time, sum) = single();
         ours.push(time);
-        batches.push(batch());
         if let Some(c) = &c {
             let (time, c_sum) = run(c, passes, &setpoints);
             assert!((sum - c_sum).abs() < 1e-6, "both loops must go the same way: {sum} {c_sum}");
             theirs.push(time);
         }
     }
-    let (ours, batches) = (fastest(ours), fastest(batches));
+    let ours = fastest(ours);
     println!("two-axis loop              {ours:7.2} ns/step  ({:.0} million steps/s)", 1e3 / ours);
-    println!("  four gain sets at once   {batches:7.2} ns/step  ({:.0} million steps/s)", 1e3 / batches);
     if theirs.is_empty() {
         println!("  plain C                  not measured: no C compiler found");
     } else {
         let theirs = fastest(theirs);
         println!("  plain C                  {theirs:7.2} ns/step  (C takes {:.2} times as long)", theirs / ours);
+    }
+}
+
+/// Both axes along all setpoints, every position and voltage kept.
+struct Single<'a> {
+    axes: &'a [AxisParameters; 2],
+    settings: &'a LoopSettings,
+    setpoints: &'a [[f64; 2]],
+    out: &'a mut [[f64; 4]],
+}
+
+impl Kernel for Single<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn run(self) {
+        let [mut x, mut y] = self.axes.map(|axis| AxisLoop::new(&axis, self.settings, 0.0));
+        for (command, out) in self.setpoints.iter().zip(self.out) {
+            let (x, y) = (x.step(command[0], 0.0), y.step(command[1], 0.0));
+            *out = [x.actual_mm, x.voltage_v, y.actual_mm, y.voltage_v];
+        }
     }
 }
 

@@ -42,7 +42,7 @@ impl SampledLoop {
         let integral = dt * (gain * pdff.kiv_1_s);
         let w = pdff.kpp_rad_s_mm * parameters.drive.transmission_mm_rad;
         // θ_ω ω_u + θ_u c = K c Δt: no difference is left.
-        let angle = [speed * dt, plant.gain_rad_s_v * coasting_s(dt, plant.time_constant_s)];
+        let angle = [speed * dt, plant.gain_rad_s_v * coasting_s(dt, plant.time_constant_s, gap)];
         let n = [
             integral * w * angle[0],
             command_gain * w * angle[0] + integral * (w * angle[1] + speed),

@@ -4,7 +4,7 @@ use std::f64::consts::{PI, TAU};
 
 use nalgebra::{SVector, Vector2};
 
-use super::{Cursor, Foot, Frame, MAX_COORDINATE_MM, Path, PathError, check_coordinates};
+use super::{Cursor, Foot, Frame, GRAPH_ERROR_MM, Graph, MAX_COORDINATE_MM, Path, PathError, check_coordinates};
 
 /// A full turn around a centre.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -64,6 +64,21 @@ impl Path<2> for Circle {
 
     fn curvature_bound_1_mm(&self, _from_mm: f64, _to_mm: f64) -> f64 {
         1.0 / self.radius
+    }
+
+    fn graph(&self, s_mm: f64, cursor: &mut Cursor) -> Option<Graph> {
+        let frame = self.at(s_mm, cursor);
+        // y = (1 - √(1 - (κx)²))/κ = κx²/2 + κ³x⁴/8 + κ⁵x⁶/16 + …, with less than the double of the last term behind it while
+        // |κx| ≤ 1/2.
+        let kappa = self.turn / self.radius;
+        let reach = (0.5 * self.radius).min(self.radius * libm::pow(8.0 * GRAPH_ERROR_MM / self.radius, 1.0 / 6.0));
+        Some(Graph {
+            point_mm: frame.point_mm,
+            tangent: frame.tangent,
+            coefficients: [0.5 * kappa, 0.0, 0.125 * kappa * kappa * kappa, 0.0],
+            from_mm: -reach,
+            to_mm: reach,
+        })
     }
 
     fn nearest_local(&self, point_mm: &SVector<f64, 2>, cursor: &mut Cursor) -> Foot<2> {

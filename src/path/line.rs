@@ -1,8 +1,8 @@
 //! A straight line: the path whose every answer is known.
 
-use nalgebra::SVector;
+use nalgebra::{SVector, Vector2};
 
-use super::{Cursor, Foot, Frame, Path, PathError, check_coordinates};
+use super::{Cursor, Foot, Frame, Graph, Path, PathError, check_coordinates};
 
 /// The straight line between two points.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -62,6 +62,21 @@ impl<const D: usize> Path<D> for Line<D> {
 
     fn curvature_bound_1_mm(&self, _from_mm: f64, _to_mm: f64) -> f64 {
         0.0
+    }
+
+    fn graph(&self, s_mm: f64, cursor: &mut Cursor) -> Option<Graph> {
+        let frame = self.at(s_mm, cursor);
+        let ([x, y], [tx, ty]) = (
+            <[f64; 2]>::try_from(frame.point_mm.as_slice()).ok()?,
+            <[f64; 2]>::try_from(self.tangent.as_slice()).ok()?,
+        );
+        Some(Graph {
+            point_mm: Vector2::new(x, y),
+            tangent: Vector2::new(tx, ty),
+            coefficients: [0.0; 4],
+            from_mm: -frame.s_mm,
+            to_mm: self.length - frame.s_mm,
+        })
     }
 
     fn nearest_local(&self, point_mm: &SVector<f64, D>, cursor: &mut Cursor) -> Foot<D> {

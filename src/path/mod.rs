@@ -13,6 +13,7 @@
 mod bernstein;
 mod bspline;
 mod circle;
+mod graph;
 mod line;
 mod nearest;
 mod ph_segment;
@@ -24,6 +25,7 @@ mod range_maximum;
 use nalgebra::SVector;
 
 pub use circle::Circle;
+pub use graph::{GRAPH_ERROR_MM, Graph};
 pub use line::Line;
 pub use nearest::{Nearest, nearest_in_window};
 pub use ph_spline::PhSpline;
@@ -137,6 +139,13 @@ pub trait Path<const D: usize>: Send + Sync {
     /// Largest curvature on the whole path \[1/mm\], exact to rounding.
     fn max_curvature_1_mm(&self) -> f64 {
         self.curvature_bound_1_mm(0.0, self.length_mm())
+    }
+
+    /// The path near arc length `s_mm` as a graph over its tangent. None where this kind of path has no such form; a path in
+    /// space has none.
+    fn graph(&self, s_mm: f64, cursor: &mut Cursor) -> Option<Graph> {
+        let _ = (s_mm, cursor);
+        None
     }
 
     /// Follows the distance to `point_mm` downhill from `cursor` to the nearest local minimum, where `(r - p)·r' = 0`. An

@@ -2,7 +2,7 @@
 
 use nalgebra::{Complex, Vector2};
 
-use super::{Foot, Frame, bernstein};
+use super::{Foot, Frame, Graph, bernstein};
 
 /// A point of the plane as a complex number.
 pub(super) type Point = Complex<f64>;
@@ -222,6 +222,19 @@ impl Segment {
             curvature_1_mm: vector(normal * kappa),
             curvature_rate_1_mm2: vector(normal * kappa_s - tangent * (kappa * kappa)),
         }
+    }
+
+    /// The segment as a graph over its tangent at `ξ`.
+    pub(super) fn graph(&self, xi: f64) -> Graph {
+        // The position in powers of ξ - xi: Horner's scheme again and again.
+        let mut z = [Point::new(0.0, 0.0); 6];
+        z[1..].copy_from_slice(&self.position);
+        for first in 0..5 {
+            for j in (first..5).rev() {
+                z[j] += z[j + 1] * xi;
+            }
+        }
+        Graph::of_quintic(vector(self.point(xi)), [z[1], z[2], z[3], z[4], z[5]], -xi, 1.0 - xi)
     }
 
     /// The point and its tangent; `start_mm` is the arc length at the start of the segment.

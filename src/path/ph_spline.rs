@@ -5,7 +5,7 @@ use nalgebra::{SVector, Vector2};
 use super::bspline::{Ends, NodalPoints};
 use super::ph_segment::{Point, Segment, complex};
 use super::range_maximum::RangeMaximum;
-use super::{Cursor, Foot, Frame, Path, PathError, ph_solver};
+use super::{Cursor, Foot, Frame, Graph, Path, PathError, ph_solver};
 
 /// A planar spline with continuous position, first and second derivative, whose arc length is a polynomial.
 ///
@@ -223,6 +223,11 @@ impl Path<2> for PhSpline {
 
     fn max_curvature_1_mm(&self) -> f64 {
         self.curvature.of_all()
+    }
+
+    fn graph(&self, s_mm: f64, cursor: &mut Cursor) -> Option<Graph> {
+        self.seek(s_mm, cursor);
+        Some(self.segments[cursor.segment].graph(cursor.xi))
     }
 
     fn nearest_local(&self, point_mm: &SVector<f64, 2>, cursor: &mut Cursor) -> Foot<2> {

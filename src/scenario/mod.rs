@@ -60,7 +60,7 @@ use crate::limits::Limits;
 use crate::optimize::Outcome;
 use crate::path::Path;
 use crate::servo::{AxisParameters, LoopSettings};
-use crate::simulation::{Observer, Simulation, SimulationError};
+use crate::simulation::{Course, Observer, Simulation, SimulationError};
 use crate::summary::{Summary, SummaryObserver};
 
 /// Everything that a run needs, checked. The fields may be changed before a run; [`Scenario::simulation`] checks the
@@ -147,6 +147,14 @@ impl Scenario {
     /// A parameter of the loop out of range, or too long a run.
     pub fn simulation(&self) -> Result<Simulation<'_, 2>, SimulationError> {
         Simulation::new(&*self.path, &self.motion, self.axes, self.settings)
+    }
+
+    /// Setpoints and path geometry for runs with other axes, many at once. What the scenario says of its axes is not in it.
+    ///
+    /// # Errors
+    /// See [`Course::new`].
+    pub fn course(&self) -> Result<Course<'_, 2>, SimulationError> {
+        Course::new(&*self.path, &self.motion, self.settings)
     }
 
     /// An observer that gathers the summary of a run of this scenario.

@@ -1,10 +1,12 @@
 //! One axis under control, sample by sample: the hot loop.
 
-use super::lane::Lane;
+use pulp::Simd;
+
 use super::parameters::{AxisParameters, Derivative, LoopSettings};
+use crate::lane::{Lane, Wide};
 
 /// All signals of one axis at one sample.
-#[derive(Debug, Clone, Copy, PartialEq, Default)]
+#[derive(Debug, Clone, Copy, PartialEq)]
 pub struct AxisSignals<L: Lane = f64> {
     /// Position command `x_com` \[mm\].
     pub command_mm: L,
@@ -22,41 +24,51 @@ pub struct AxisSignals<L: Lane = f64> {
     pub saturated: L::Mask,
 }
 
+impl Default for AxisSignals {
+    /// An axis at rest on 0 mm.
+    fn default() -> Self {
+        Self {
+            command_mm: 0.0,
+            actual_mm: 0.0,
+            velocity_command_rad_s: 0.0,
+            velocity_rad_s: 0.0,
+            torque_nm: 0.0,
+            voltage_v: 0.0,
+            saturated: false,
+        }
+    }
+}
+
 /// The sampled loop of one axis (or of a batch of them, one a lane).
 ///
 /// The plant is advanced by its exact zero-order-hold solution:
 /// `a = exp(-Δt/τ)`, `θ += K u Δt + (ω - K u) τ (1 - a)`, `ω = K u + (ω - K u) a`.
 ///
-/// What limits the speed of such a loop is the chain of operations from one sample's state to the next. The control
-/// law is therefore collected by what it acts on (command, angle, velocity, integral), so that only three operations lie between the
-/// state and the clamp; the order of the samples is that of the specification.
+/// The state is kept in the units that cost the fewest operations: the position in mm, the integral as a plain sum of the
+/// velocity error over the samples. Products that are added are fused ([`Lane::mul_add`]), on every machine alike.
 #[derive(Debug, Clone, Copy)]
 pub struct AxisLoop<L: Lane = f64> {
-    // Velocity command: ω_com = kpp x + kpf ẋ - ω_com_theta θ, with x counted from the start.
+    // Velocity command: ω_com = kpp (x_com - x) + kpf ẋ_com.
     kpp: L,
     kpf: L,
-    omega_com_theta: L,
-    // Voltage before the clamp: u_omega_com (kpp x + kpf ẋ) + u_integral I - (u_theta θ + u_omega ω).
+    // Voltage before the clamp: u_omega_com ω_com + u_integral Σ(ω_com - ω) - u_omega ω.
     u_omega_com: L,
     u_integral: L,
-    u_theta: L,
     u_omega: L,
     u_max: L,
     torque: L,
-    // Plant, exact over one period: θ += θ_ω ω + θ_u u, ω = ω_ω ω + ω_u u.
-    r_g: L,
-    theta_omega: L,
-    theta_u: L,
+    // Plant, exact over one period: x += x_ω ω + x_u u, ω = ω_ω ω + ω_u u.
+    x_omega: L,
+    x_u: L,
     omega_omega: L,
     omega_u: L,
     // Sampling.
-    period: L,
-    rate: L,
+    rate: f64,
     derivative: Derivative,
     delay: bool,
-    // State. The command is counted from the start, so that an offset of the whole path changes no rounding in the loop.
+    // State. Positions are counted from the start, so that an offset of the whole path changes no rounding in the loop.
     start: L,
-    theta: L,
+    x: L,
     omega: L,
     integral: L,
     last_command: L,
@@ -64,39 +76,31 @@ pub struct AxisLoop<L: Lane = f64> {
 }
 
 impl<L: Lane> AxisLoop<L> {
-    /// The loop of one axis, or of several side by side: `lanes(i)` gives the parameters of lane `i`, and `pack` packs one
-    /// number a lane.
-    fn assemble(pack: impl Fn(&dyn Fn(&AxisParameters) -> f64) -> L, settings: &LoopSettings, start_mm: f64) -> Self {
-        let dt = settings.period_s;
-        // 1 - a, without cancellation when Δt is far below τ.
-        let gap = |p: &AxisParameters| -libm::expm1(-dt / p.plant.time_constant_s);
-        // From velocity error to voltage.
-        let gain = |p: &AxisParameters| p.drive.torque_to_voltage_v_nm * p.pdff.kpv_nm_s_rad;
+    /// The loop at rest on `start_mm`: `pack` packs one coefficient of every lane.
+    fn assemble(pack: impl Fn(fn(&Coefficients) -> f64) -> L, settings: &LoopSettings, start_mm: f64) -> Self {
+        let rest = pack(|_| 0.0);
+        let start = rest.all(start_mm);
         Self {
-            kpp: pack(&|p| p.pdff.kpp_rad_s_mm),
-            kpf: pack(&|p| p.pdff.kpf_rad_mm),
-            omega_com_theta: pack(&|p| p.pdff.kpp_rad_s_mm * p.drive.transmission_mm_rad),
-            u_omega_com: pack(&|p| gain(p) * p.pdff.kvf),
-            u_integral: pack(&|p| gain(p) * p.pdff.kiv_1_s),
-            u_theta: pack(&|p| gain(p) * p.pdff.kvf * p.pdff.kpp_rad_s_mm * p.drive.transmission_mm_rad),
-            u_omega: pack(&gain),
-            u_max: pack(&|p| p.drive.voltage_limit_v),
-            torque: pack(&|p| 1.0 / p.drive.torque_to_voltage_v_nm),
-            r_g: pack(&|p| p.drive.transmission_mm_rad),
-            theta_omega: pack(&|p| p.plant.time_constant_s * gap(p)),
-            theta_u: pack(&|p| p.plant.gain_rad_s_v * coasting_s(dt, p.plant.time_constant_s)),
-            omega_omega: pack(&|p| 1.0 - gap(p)),
-            omega_u: pack(&|p| p.plant.gain_rad_s_v * gap(p)),
-            period: L::splat(dt),
-            rate: L::splat(1.0 / dt),
+            kpp: pack(|c| c.kpp),
+            kpf: pack(|c| c.kpf),
+            u_omega_com: pack(|c| c.u_omega_com),
+            u_integral: pack(|c| c.u_integral),
+            u_omega: pack(|c| c.u_omega),
+            u_max: pack(|c| c.u_max),
+            torque: pack(|c| c.torque),
+            x_omega: pack(|c| c.x_omega),
+            x_u: pack(|c| c.x_u),
+            omega_omega: pack(|c| c.omega_omega),
+            omega_u: pack(|c| c.omega_u),
+            rate: 1.0 / settings.period_s,
             derivative: settings.derivative,
             delay: settings.one_sample_delay,
-            start: L::splat(start_mm),
-            theta: L::default(),
-            omega: L::default(),
-            integral: L::default(),
-            last_command: L::splat(start_mm),
-            last_voltage: L::default(),
+            start,
+            x: rest,
+            omega: rest,
+            integral: rest,
+            last_command: start,
+            last_voltage: rest,
         }
     }
 
@@ -105,62 +109,151 @@ impl<L: Lane> AxisLoop<L> {
     /// - `command_mm`: position command; `velocity_mm_s`: its velocity, used with [`Derivative::Exact`] only
     #[inline(always)]
     pub fn step(&mut self, command_mm: L, velocity_mm_s: L) -> AxisSignals<L> {
+        let signals = self.control(command_mm, velocity_mm_s);
+        self.advance(signals.voltage_v);
+        signals
+    }
+
+    /// The first half of [`step`](Self::step): reads the position and computes the voltage.
+    #[inline(always)]
+    pub fn control(&mut self, command_mm: L, velocity_mm_s: L) -> AxisSignals<L> {
         let velocity = match self.derivative {
-            Derivative::Backward => (command_mm - self.last_command) * self.rate,
+            Derivative::Backward => (command_mm - self.last_command) * command_mm.all(self.rate),
             Derivative::Exact => velocity_mm_s,
         };
         self.last_command = command_mm;
-
-        let demand = self.kpp * (command_mm - self.start) + self.kpf * velocity;
-        let omega_com = demand - self.omega_com_theta * self.theta;
-        let wanted = (self.u_omega_com * demand + self.u_integral * self.integral)
-            - (self.u_theta * self.theta + self.u_omega * self.omega);
-        let voltage = wanted.clamp_abs(self.u_max);
-
-        // Conditional integration: the integral waits while it would drive a clamped voltage further out.
-        let error = omega_com - self.omega;
-        let saturated = wanted.ne(voltage);
-        let outwards = L::and(saturated, (error * wanted).gt(L::default()));
-        self.integral = self.integral + L::select(outwards, L::default(), self.period * error);
-
-        let signals = AxisSignals {
+        let law = self.law(command_mm - self.start, velocity);
+        AxisSignals {
             command_mm,
-            actual_mm: self.start + self.r_g * self.theta,
-            velocity_command_rad_s: omega_com,
+            actual_mm: self.start + self.x,
+            velocity_command_rad_s: law.velocity_command,
             velocity_rad_s: self.omega,
-            torque_nm: self.torque * wanted,
-            voltage_v: voltage,
-            saturated,
-        };
+            torque_nm: self.torque * law.wanted,
+            voltage_v: law.voltage,
+            saturated: law.saturated,
+        }
+    }
 
-        let applied = if self.delay { std::mem::replace(&mut self.last_voltage, voltage) } else { voltage };
-        self.theta = (self.theta + self.theta_omega * self.omega) + self.theta_u * applied;
-        self.omega = self.omega_omega * self.omega + self.omega_u * applied;
-        signals
+    /// The control law: `command` counted from the start, `velocity` as the feedforward takes it.
+    #[inline(always)]
+    pub(crate) fn law(&mut self, command: L, velocity: L) -> Law<L> {
+        let lag = command - self.x;
+        let velocity_command = self.kpp.mul_add(lag, self.kpf * velocity);
+        let wanted = self
+            .u_omega_com
+            .mul_add(velocity_command, (-self.u_omega).mul_add(self.omega, self.u_integral * self.integral));
+        let voltage = wanted.clamp_abs(self.u_max);
+        // Conditional integration: the integral waits while it would drive a clamped voltage further out.
+        let error = velocity_command - self.omega;
+        let saturated = wanted.ne(voltage);
+        let none = error.all(0.0);
+        let outwards = error.and(saturated, (error * wanted).gt(none));
+        self.integral = self.integral + none.or_else(outwards, error);
+        Law { lag, velocity_command, wanted, voltage, saturated }
+    }
+
+    /// The second half of [`step`](Self::step): the plant over one period under `voltage_v` (one period later where the loop
+    /// has a delay).
+    #[inline(always)]
+    pub fn advance(&mut self, voltage_v: L) {
+        if self.delay {
+            let before = self.last_voltage;
+            self.last_voltage = voltage_v;
+            self.plant(before);
+        } else {
+            self.plant(voltage_v);
+        }
+    }
+
+    /// The plant over one period under the voltage that reaches it.
+    #[inline(always)]
+    pub(crate) fn plant(&mut self, applied: L) {
+        self.x = self.x_u.mul_add(applied, self.x_omega.mul_add(self.omega, self.x));
+        self.omega = self.omega_u.mul_add(applied, self.omega_omega * self.omega);
     }
 }
 
-/// `Δt - τ (1 - exp(-Δt/τ))` \[s\].
-pub(crate) fn coasting_s(dt: f64, tau: f64) -> f64 {
+/// The coefficients of one axis, as [`AxisLoop`] names them.
+#[derive(Debug, Clone, Copy)]
+struct Coefficients {
+    kpp: f64,
+    kpf: f64,
+    u_omega_com: f64,
+    u_integral: f64,
+    u_omega: f64,
+    u_max: f64,
+    torque: f64,
+    x_omega: f64,
+    x_u: f64,
+    omega_omega: f64,
+    omega_u: f64,
+}
+
+impl Coefficients {
+    fn new(parameters: &AxisParameters, period_s: f64) -> Self {
+        let AxisParameters { plant, drive, pdff } = parameters;
+        let (r_g, tau) = (drive.transmission_mm_rad, plant.time_constant_s);
+        // 1 - a, without cancellation when Δt is far below τ.
+        let gap = -libm::expm1(-period_s / tau);
+        // From velocity error to voltage.
+        let gain = drive.torque_to_voltage_v_nm * pdff.kpv_nm_s_rad;
+        Self {
+            kpp: pdff.kpp_rad_s_mm,
+            kpf: pdff.kpf_rad_mm,
+            u_omega_com: gain * pdff.kvf,
+            u_integral: gain * pdff.kiv_1_s * period_s,
+            u_omega: gain,
+            u_max: drive.voltage_limit_v,
+            torque: 1.0 / drive.torque_to_voltage_v_nm,
+            x_omega: r_g * tau * gap,
+            x_u: r_g * plant.gain_rad_s_v * coasting_s(period_s, tau, gap),
+            omega_omega: 1.0 - gap,
+            omega_u: plant.gain_rad_s_v * gap,
+        }
+    }
+}
+
+/// What the control law computes at one sample.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Law<L: Lane> {
+    /// Command minus actual position \[mm\].
+    pub(crate) lag: L,
+    pub(crate) velocity_command: L,
+    /// Voltage before the clamp \[V\].
+    pub(crate) wanted: L,
+    pub(crate) voltage: L,
+    pub(crate) saturated: L::Mask,
+}
+
+/// `Δt - τ (1 - exp(-Δt/τ))` \[s\], with `gap = 1 - exp(-Δt/τ)`.
+pub(crate) fn coasting_s(dt: f64, tau: f64, gap: f64) -> f64 {
     let x = dt / tau;
     if x < 1e-4 {
         // The difference would cancel; the next term of the series is below 1e-18.
         0.5 * dt * x * (1.0 - x / 3.0 * (1.0 - x / 4.0 * (1.0 - x / 5.0)))
     } else {
-        dt + tau * libm::expm1(-x)
+        dt - tau * gap
     }
 }
 
 impl AxisLoop<f64> {
     /// An axis at rest on `start_mm`. Parameters are taken as they are; [`AxisParameters::check`] tells what is sensible.
     pub fn new(parameters: &AxisParameters, settings: &LoopSettings, start_mm: f64) -> Self {
-        Self::assemble(|pick| pick(parameters), settings, start_mm)
+        let coefficients = Coefficients::new(parameters, settings.period_s);
+        Self::assemble(|pick| pick(&coefficients), settings, start_mm)
     }
 }
 
-impl<const N: usize> AxisLoop<super::Lanes<N>> {
-    /// `N` axes side by side, all at rest on `start_mm`: a batch of gain sets that follows one command.
-    pub fn batch(parameters: &[AxisParameters; N], settings: &LoopSettings, start_mm: f64) -> Self {
-        Self::assemble(|pick| super::Lanes(std::array::from_fn(|lane| pick(&parameters[lane]))), settings, start_mm)
+impl<S: Simd, const B: usize> AxisLoop<Wide<S, B>> {
+    /// Axes side by side, all at rest on `start_mm`: a batch of parameters that follows one command. Where there are fewer
+    /// parameters than lanes the last lanes stand still.
+    pub(crate) fn batch<'p>(
+        simd: S,
+        parameters: impl Iterator<Item = &'p AxisParameters>,
+        settings: &LoopSettings,
+        start_mm: f64,
+    ) -> Self {
+        let lanes: Vec<_> = parameters.map(|axis| Coefficients::new(axis, settings.period_s)).collect();
+        Self::assemble(|pick| Wide::pack(simd, lanes.iter().map(pick)), settings, start_mm)
     }
 }

@@ -14,16 +14,14 @@
 //! Source: Jahanpour, Dolatabadi, Vahedian Azimi, "Jerk limited machining using C2 Pythagorean-hodograph quintic spline
 //! curves", section 6-2 and table 2; the velocity loop is Ellis' pseudo-derivative feedback with feedforward.
 //!
-//! [`AxisLoop`] is generic over [`Lane`]: `f64` for one run, [`Lanes`] for a batch of gain sets. It is one piece of code, so
-//! that a batch cannot disagree with a run.
+//! [`AxisLoop`] is generic over [`Lane`](crate::lane::Lane): `f64` for one run, vector registers for a batch of parameters. It is one piece of
+//! code, so that a batch cannot disagree with a run.
 
 mod axis;
-mod lane;
 mod lockup;
 mod parameters;
 
 pub(crate) use axis::coasting_s;
 pub use axis::{AxisLoop, AxisSignals};
-pub use lane::{Lane, LaneMask, Lanes};
 pub use lockup::{Lockup, LockupKind, LockupWatch};
 pub use parameters::{AxisParameters, Derivative, Drive, LoopSettings, Pdff, Plant, ServoError};

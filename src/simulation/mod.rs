@@ -4,6 +4,8 @@
 //! pulls it to its end, watches it ([`Event`]s) and hands every period to the [`Observer`]s: the recording, the summary,
 //! or one of your own.
 
+mod batch;
+mod course;
 mod monitor;
 
 use std::error::Error;
@@ -14,9 +16,11 @@ use nalgebra::SVector;
 use crate::contour::ContourMeter;
 use crate::feedrate::Motion;
 use crate::interpolator::{Interpolator, Setpoint, periods};
+use crate::lane::{Kernel, vectorized};
 use crate::limits::{Event, Limits};
 use crate::path::Path;
 use crate::servo::{AxisLoop, AxisParameters, AxisSignals, LoopSettings, ServoError};
+pub use course::{Course, MAX_COURSE_PERIODS, RunFigures};
 use monitor::Monitor;
 
 /// Most control periods that a run may have (28 hours at 1 ms).
@@ -114,6 +118,12 @@ pub enum SimulationError {
         periods: u64,
         /// The control period.
         period_s: f64,
+    },
+    /// The course of a batch would be too long.
+    #[error("a run takes {periods} control periods; batches keep them all and take at most {MAX_COURSE_PERIODS}")]
+    TooLongForBatch {
+        /// How many it would take.
+        periods: u64,
     },
     /// A signal is no longer a number.
     #[error("the loop diverged: a signal is no longer a finite number at t = {time_s} s")]
@@ -229,6 +239,27 @@ impl<'a, const A: usize> Simulation<'a, A> {
     }
 }
 
+/// One control period of every axis.
+struct StepAxes<'s, const A: usize> {
+    axes: &'s mut [AxisLoop; A],
+    setpoint: &'s Setpoint<A>,
+}
+
+impl<const A: usize> Kernel for StepAxes<'_, A> {
+    type Output = [AxisSignals; A];
+
+    #[inline(always)]
+    fn run(self) -> [AxisSignals; A] {
+        let Setpoint { position_mm, velocity_mm_s, .. } = self.setpoint;
+        // A plain loop: a closure would not be compiled with this function.
+        let mut signals = [AxisSignals::default(); A];
+        for (axis, signals) in signals.iter_mut().enumerate() {
+            *signals = self.axes[axis].step(position_mm[axis], velocity_mm_s[axis]);
+        }
+        signals
+    }
+}
+
 impl<const A: usize> Iterator for Simulation<'_, A> {
     type Item = Period<A>;
 
@@ -239,8 +270,7 @@ impl<const A: usize> Iterator for Simulation<'_, A> {
         let k = self.next;
         self.next += 1;
         let setpoint = self.interpolator.setpoint(k);
-        let axes: [AxisSignals; A] =
-            std::array::from_fn(|axis| self.axes[axis].step(setpoint.position_mm[axis], setpoint.velocity_mm_s[axis]));
+        let axes = vectorized(StepAxes { axes: &mut self.axes, setpoint: &setpoint });
         let actual_mm = SVector::from_fn(|axis, _| axes[axis].actual_mm);
         let error = self.contour.measure(&actual_mm, &setpoint.position_mm, setpoint.s_mm);
         Some(Period {

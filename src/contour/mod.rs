@@ -3,11 +3,15 @@
 //! Not to the setpoint: that distance is the tracking error. It is signed, positive to the left of the direction of travel
 //! (seen from +Z), and found on the exact curve.
 
+mod local;
+
 use std::f64::consts::PI;
 
 use nalgebra::SVector;
 
 use crate::path::{Cursor, Path, nearest_in_window};
+
+pub(crate) use local::Neighbourhood;
 
 /// The contouring error at one sample.
 #[derive(Debug, Clone, Copy, PartialEq)]

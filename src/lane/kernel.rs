@@ -1,0 +1,34 @@
+//! The widest instructions that the machine has, chosen when the program runs.
+
+use std::sync::OnceLock;
+
+use pulp::{Arch, NullaryFnOnce};
+
+/// Work that [`vectorized`] runs.
+pub trait Kernel {
+    /// What it gives.
+    type Output;
+
+    /// Does the work. Mark it `#[inline(always)]`, and everything that it calls in its innermost loop: only what becomes
+    /// part of it is compiled for the widest instructions.
+    fn run(self) -> Self::Output;
+}
+
+/// Runs `kernel`, compiled for the widest vector instructions of this machine (AVX-512, AVX2 with fused multiply-add, NEON, or
+/// what every such machine has). The result is the same number on all of them; the time is not.
+#[inline]
+pub fn vectorized<K: Kernel>(kernel: K) -> K::Output {
+    struct Work<K>(K);
+
+    impl<K: Kernel> NullaryFnOnce for Work<K> {
+        type Output = K::Output;
+
+        #[inline(always)]
+        fn call(self) -> K::Output {
+            self.0.run()
+        }
+    }
+
+    static MACHINE: OnceLock<Arch> = OnceLock::new();
+    MACHINE.get_or_init(Arch::new).dispatch(Work(kernel))
+}

@@ -1,0 +1,214 @@
+//! Runs side by side, one a lane, through the loop of a single run.
+
+use std::f64::consts::PI;
+
+use nalgebra::SVector;
+use pulp::{Arch, Simd, WithSimd};
+
+use super::course::{Course, RunFigures, Sample};
+use crate::lane::{Lane, Wide};
+use crate::path::nearest_in_window;
+use crate::servo::{AxisLoop, AxisParameters, LockupWatch};
+
+/// Vector registers that one number of a batch takes: with two, one hides the waiting of the other.
+const REGISTERS: usize = 2;
+
+/// Fewest saturated samples from which a lock-up is looked for (it takes a quarter of a second of saturation without a pause of
+/// 0.05 s).
+const WORTH_A_LOOK: f64 = 2.0;
+
+/// How many runs go side by side on this machine.
+pub(super) fn lanes() -> usize {
+    struct Count;
+
+    impl WithSimd for Count {
+        type Output = usize;
+
+        fn with_simd<S: Simd>(self, _: S) -> usize {
+            Wide::<S, REGISTERS>::LANES
+        }
+    }
+
+    Arch::new().dispatch(Count)
+}
+
+/// At most [`lanes`] runs.
+pub(super) struct Batch<'b, const A: usize> {
+    pub(super) course: &'b Course<'b, A>,
+    pub(super) parameters: &'b [[AxisParameters; A]],
+    pub(super) figures: &'b mut [RunFigures<A>],
+}
+
+impl<const A: usize> Batch<'_, A> {
+    /// Fills in the figures.
+    pub(super) fn run(self) {
+        Arch::new().dispatch(self);
+    }
+}
+
+impl<const A: usize> WithSimd for Batch<'_, A> {
+    type Output = ();
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, simd: S) {
+        // The same code twice: the compiler leaves out of each what the other is for.
+        if self.course.settings.one_sample_delay {
+            self.run_on::<S, true>(simd);
+        } else {
+            self.run_on::<S, false>(simd);
+        }
+    }
+}
+
+/// What is gathered of the runs, a number a lane.
+struct Tally<L: Lane, const A: usize> {
+    contour_max: L,
+    contour_sum: L,
+    tracking_max: L,
+    tracking_sum: L,
+    voltage: [L; A],
+    saturated: L,
+}
+
+impl<const A: usize> Batch<'_, A> {
+    #[inline(always)]
+    fn run_on<S: Simd, const DELAY: bool>(self, simd: S) {
+        let Course { settings, start_mm, samples, .. } = self.course;
+        let zero = Wide::<S, REGISTERS>::splat(simd, 0.0);
+        let one = zero.all(1.0);
+        // Lanes that are left over repeat the last run.
+        let last = self.parameters.len().saturating_sub(1);
+        let all = |axis: usize| {
+            (0..Wide::<S, REGISTERS>::LANES).filter_map(move |lane| Some(&self.parameters.get(lane.min(last))?[axis]))
+        };
+        let mut axes: [_; A] = std::array::from_fn(|axis| {
+            AxisLoop::<Wide<S, REGISTERS>>::batch(simd, all(axis), settings, start_mm[axis])
+        });
+        let mut tally = Tally {
+            contour_max: zero,
+            contour_sum: zero,
+            tracking_max: zero,
+            tracking_sum: zero,
+            voltage: [zero; A],
+            saturated: zero,
+        };
+        let mut before = [zero; A];
+        for sample in samples {
+            let mut lag = [zero; A];
+            let mut square = zero;
+            let mut saturated = zero.ne(zero);
+            for axis in 0..A {
+                let command = zero.all(sample.command[axis]);
+                let law = axes[axis].law(command, zero.all(sample.velocity[axis]));
+                if DELAY {
+                    axes[axis].plant(before[axis]);
+                    before[axis] = law.voltage;
+                } else {
+                    axes[axis].plant(law.voltage);
+                }
+                lag[axis] = law.lag;
+                square = law.lag.mul_add(law.lag, square);
+                saturated = zero.or(saturated, law.saturated);
+                tally.voltage[axis] = tally.voltage[axis].max_abs(law.voltage);
+            }
+            tally.saturated = tally.saturated + one.or_else(saturated, zero);
+            tally.tracking_max = tally.tracking_max.max_abs(square);
+            tally.tracking_sum = tally.tracking_sum + square;
+
+            let plain = zero.every(square.le(zero.all(sample.around.plain_square)));
+            let contour = match sample.around.pieces.first() {
+                Some(piece) if plain && A == 2 => piece.square(-lag[0], -lag[1]),
+                _ => self.course.around(sample, &lag, square),
+            };
+            tally.contour_max = tally.contour_max.max_abs(contour);
+            tally.contour_sum = tally.contour_sum + contour;
+        }
+        self.figures(&tally);
+    }
+
+    /// From sums of squares to figures.
+    fn figures<S: Simd>(self, tally: &Tally<Wide<S, REGISTERS>, A>) {
+        let count = self.course.samples.len() as f64;
+        let um = |square: f64| 1e3 * square.sqrt();
+        for (lane, figures) in self.figures.iter_mut().enumerate() {
+            let of = |wide: &Wide<S, REGISTERS>| wide.lanes().get(lane).copied().unwrap_or(f64::NAN);
+            let saturated = of(&tally.saturated);
+            *figures = RunFigures {
+                max_contour_error_um: um(of(&tally.contour_max)),
+                rms_contour_error_um: um(of(&tally.contour_sum) / count),
+                max_tracking_error_um: um(of(&tally.tracking_max)),
+                rms_tracking_error_um: um(of(&tally.tracking_sum) / count),
+                peak_voltage_v: std::array::from_fn(|axis| of(&tally.voltage[axis])),
+                saturated_share: saturated / count,
+                locked_up: saturated >= WORTH_A_LOOK
+                    && self.parameters.get(lane).is_some_and(|axes| self.course.locks_up(axes)),
+            };
+        }
+    }
+}
+
+impl<const A: usize> Course<'_, A> {
+    /// Squared distances where the setpoint's own piece is not good for every lane.
+    #[inline(never)]
+    fn around<S: Simd>(
+        &self,
+        sample: &Sample<A>,
+        lag: &[Wide<S, REGISTERS>; A],
+        square: Wide<S, REGISTERS>,
+    ) -> Wide<S, REGISTERS> {
+        let mut contour = square;
+        let mut found = square.ne(square);
+        if A == 2
+            && let Some(own) = sample.around.pieces.first()
+        {
+            // A lane gets the same number whatever the others need: what is good alone comes first.
+            contour = own.square(-lag[0], -lag[1]);
+            found = square.le(square.all(sample.around.plain_square));
+            for piece in &sample.around.pieces {
+                let local = piece.checked(-lag[0], -lag[1], square);
+                contour = contour.or_else(found, local.square);
+                found = square.or(found, local.valid);
+            }
+        }
+        if square.every(found) {
+            return contour;
+        }
+        let flags = square.all(1.0).or_else(found, square.all(0.0));
+        let exact = (0..Wide::<S, REGISTERS>::LANES).map(|lane| {
+            if flags.lanes().get(lane) == Some(&1.0) {
+                contour.lanes().get(lane).copied().unwrap_or(f64::NAN)
+            } else {
+                let lag = SVector::from_fn(|axis, _| lag[axis].lanes().get(lane).copied().unwrap_or(f64::NAN));
+                self.exact_square(sample, &lag)
+            }
+        });
+        square.packed(exact)
+    }
+
+    /// The squared contouring error \[mm²\] where the tool is behind the setpoint by `lag`, as
+    /// [`ContourMeter`](crate::contour::ContourMeter) measures it.
+    fn exact_square(&self, sample: &Sample<A>, lag: &SVector<f64, A>) -> f64 {
+        let actual_mm = SVector::from(sample.command) + self.start_mm - lag;
+        let reach = PI * lag.norm() + 1e-6;
+        let distance_mm =
+            nearest_in_window(self.path, &actual_mm, sample.s_mm, reach, &mut sample.cursor.clone()).distance_mm;
+        distance_mm * distance_mm
+    }
+
+    /// Whether an axis locks up: the run once more, watched.
+    fn locks_up(&self, parameters: &[AxisParameters; A]) -> bool {
+        let mut axes: [_; A] =
+            std::array::from_fn(|axis| AxisLoop::new(&parameters[axis], &self.settings, self.start_mm[axis]));
+        let mut watches: [_; A] = std::array::from_fn(|_| LockupWatch::new(self.settings.period_s));
+        for (k, sample) in (0_u64..).zip(&self.samples) {
+            for axis in 0..A {
+                let law = axes[axis].law(sample.command[axis], sample.velocity[axis]);
+                axes[axis].advance(law.voltage);
+                if watches[axis].watch(k, law.voltage, law.saturated, law.lag).is_some() {
+                    return true;
+                }
+            }
+        }
+        false
+    }
+}
