@@ -49,13 +49,13 @@ impl Tuning {
     /// The default, with the budget that takes a few seconds for this problem.
     pub fn default_for(problem: &Problem<'_>) -> Self {
         let steps = problem.runs().samples().saturating_mul(problem.plants() as u64).max(1);
-        let budget = usize::try_from(STEPS / steps).unwrap_or(usize::MAX).clamp(1000, 20_000);
+        let budget = usize::try_from(STEPS / steps).unwrap_or(usize::MAX).clamp(2000, 12_000);
         Self { budget, ..Self::default() }
     }
 }
 
 /// Simulated control periods of a default budget.
-const STEPS: u64 = 60_000_000;
+const STEPS: u64 = 250_000_000;
 
 impl Default for Tuning {
     /// CMA-ES from 6 points, 12 000 evaluations, seed 1.

@@ -87,7 +87,7 @@ impl Gain {
             // Loops closed at a fifth of the sampling rate: ω_c Δt = 0.2.
             Self::Kpp => (3.0, 0.2 / (settings.period_s * r_g)),
             Self::Kpv => (3.0, axis.plant.time_constant_s / (axis.plant.gain_rad_s_v * k_t) / settings.period_s),
-            Self::Kiv => (3.0, 0.2 / settings.period_s),
+            Self::Kiv => (3.0, 0.5 / settings.period_s),
             Self::Kpf => (2.0, 2.0 / r_g),
             Self::Kvf => (2.0, 2.0),
         };
