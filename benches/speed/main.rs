@@ -1,11 +1,14 @@
 //! `cargo bench`: every speed that the project promises, as a ratio against something run beside it in the same minute.
 //!
 //! - the two-axis loop on a given setpoint array, against the same loop in plain C (`cc -O3 -march=native`, where there is one)
+//! - batches of runs, against structures of arrays in C; a million gain sets
 //! - the whole step with interpolation and exact contouring error
 //! - recording, against the bare MCAP writer
 //! - `servosim run` as a process
 //! - splines of 10² … 10⁶ nodal points, time and memory
 
+mod batch;
+mod c;
 mod process;
 mod recording;
 mod scale;
@@ -18,8 +21,9 @@ fn main() {
     let quick = !arguments.iter().any(|argument| argument == "--bench");
     // `cargo bench -- step` runs the benches with that in their name.
     let filters: Vec<&String> = arguments.iter().filter(|argument| !argument.starts_with('-')).collect();
-    let benches: [Bench; 5] = [
+    let benches: [Bench; 6] = [
         ("loop", servo_loop::bench),
+        ("batch", batch::bench),
         ("step", whole_step::bench),
         ("recording", recording::bench),
         ("process", process::bench),

@@ -1,16 +1,12 @@
 //! The two-axis loop against plain C.
 
-use std::io::Write;
-use std::path::PathBuf;
-use std::process::{Command, Stdio};
-
 use servosim::feedrate::{Motion, Profile};
 use servosim::interpolator::Interpolator;
 use servosim::lane::{Kernel, vectorized};
 use servosim::path::Path;
 use servosim::servo::{AxisLoop, AxisParameters, LoopSettings};
 
-use crate::{fastest, seconds};
+use crate::{c, fastest, seconds};
 
 pub(crate) fn bench(quick: bool) {
     let (path, axes) = crate::alpha();
@@ -34,13 +30,14 @@ pub(crate) fn bench(quick: bool) {
         (1e9 * time / steps, sum)
     };
 
-    let c = compile();
+    let program = c::compile("servo_loop", &[]);
+    let input: Vec<u8> = setpoints.iter().flatten().flat_map(|v| v.to_ne_bytes()).collect();
     let (mut ours, mut theirs) = (Vec::new(), Vec::new());
     for _ in 0..rounds {
         let (time, sum) = single();
         ours.push(time);
-        if let Some(c) = &c {
-            let (time, c_sum) = run(c, passes, &setpoints);
+        if let Some(program) = &program {
+            let (time, c_sum) = c::run(program, passes, &input);
             assert!((sum - c_sum).abs() < 1e-6, "both loops must go the same way: {sum} {c_sum}");
             theirs.push(time);
         }
@@ -74,33 +71,4 @@ impl Kernel for Single<'_> {
             *out = [x.actual_mm, x.voltage_v, y.actual_mm, y.voltage_v];
         }
     }
-}
-
-/// The C program, compiled beside the bench's own binary; none where there is no compiler.
-fn compile() -> Option<PathBuf> {
-    let source = PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("benches/speed/servo_loop.c");
-    let program = std::env::current_exe().ok()?.with_extension("c.out");
-    let done = Command::new("cc")
-        .args(["-O3", "-march=native", "-o"])
-        .arg(&program)
-        .arg(&source)
-        .arg("-lm")
-        .status()
-        .is_ok_and(|status| status.success());
-    done.then_some(program)
-}
-
-fn run(program: &PathBuf, passes: usize, setpoints: &[[f64; 2]]) -> (f64, f64) {
-    let mut child = Command::new(program)
-        .arg(passes.to_string())
-        .stdin(Stdio::piped())
-        .stdout(Stdio::piped())
-        .spawn()
-        .expect("the C program was just compiled");
-    let bytes: Vec<u8> = setpoints.iter().flatten().flat_map(|v| v.to_ne_bytes()).collect();
-    child.stdin.take().expect("piped").write_all(&bytes).expect("the C program reads its input");
-    let output = child.wait_with_output().expect("the C program ends");
-    let text = String::from_utf8_lossy(&output.stdout);
-    let mut numbers = text.split_whitespace().map(|n| n.parse().expect("two numbers"));
-    (numbers.next().expect("a time"), numbers.next().expect("a sum"))
 }

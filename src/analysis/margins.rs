@@ -77,7 +77,7 @@ pub fn margins(axis: &AxisParameters, settings: &LoopSettings) -> Margins {
         };
     }
     let (mut gain_down, mut gain_up) = (0.0_f64, f64::INFINITY);
-    circle.critical_factors(|factor| {
+    circle.critical_factors(|_, factor| {
         if factor < 1.0 { gain_down = gain_down.max(factor) } else { gain_up = gain_up.min(factor) }
     });
     let (mut phase, mut crossover, mut delay_margin_s) = (f64::INFINITY, 0.0, f64::INFINITY);
@@ -112,11 +112,28 @@ pub fn peak_sensitivity(axis: &AxisParameters, settings: &LoopSettings) -> Optio
     sampled.is_stable_at(1.0).then(|| Circle::new(&sampled).peak_sensitivity())
 }
 
+impl SampledLoop {
+    /// The crossovers, frequencies where `|L| = 1` \[rad/s\], rising.
+    pub fn crossovers_rad_s(&self) -> Vec<f64> {
+        let circle = Circle::new(self);
+        circle.crossovers().as_slice().iter().map(|x| circle.omega(*x)).collect()
+    }
+
+    /// The phase crossovers, where `L` is real and negative, up to `π/Δt`: frequency \[rad/s\], rising, and the factor on the
+    /// loop gain that puts a pole there on the unit circle.
+    pub fn phase_crossovers_rad_s(&self) -> Vec<(f64, f64)> {
+        let circle = Circle::new(self);
+        let mut found = Vec::new();
+        circle.critical_factors(|x, factor| found.push((circle.omega(x), factor)));
+        found
+    }
+}
+
 /// Every interval of factors on the loop gain for which the loop is stable, rising; empty when no factor will do. Tells what
 /// becomes of an unstable loop with less or more gain.
 pub fn stable_gain_factors(sampled: &SampledLoop) -> Vec<(f64, f64)> {
     let mut ends = vec![0.0];
-    Circle::new(sampled).critical_factors(|factor| ends.push(factor));
+    Circle::new(sampled).critical_factors(|_, factor| ends.push(factor));
     ends.sort_by(f64::total_cmp);
     ends.push(f64::INFINITY);
     let mut intervals: Vec<(f64, f64)> = Vec::new();
@@ -183,8 +200,9 @@ impl<'a> Circle<'a> {
         positive_roots(&difference)
     }
 
-    /// Every factor on the loop gain that puts a pole on the unit circle: `-1/L` wherever `L` is real and negative.
-    fn critical_factors(&self, mut found: impl FnMut(f64)) {
+    /// Every factor on the loop gain that puts a pole on the unit circle, `-1/L` wherever `L` is real and negative, with its
+    /// place `x`.
+    fn critical_factors(&self, mut found: impl FnMut(f64, f64)) {
         // Im(n conj(d))/v = n_odd d_even - n_even d_odd
         let mut imaginary = product(&self.n.1, &self.d.0);
         for (place, p) in imaginary.iter_mut().zip(product(&self.n.0, &self.d.1)) {
@@ -194,7 +212,7 @@ impl<'a> Circle<'a> {
             let real = self.transfer(x).re;
             let factor = -1.0 / real;
             if real < 0.0 && factor.is_finite() {
-                found(factor);
+                found(x, factor);
             }
         }
     }

@@ -29,11 +29,13 @@
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 
+mod figures;
 mod margins;
 mod polynomial;
 mod response;
 mod sampled_loop;
 
+pub use figures::{LoopFigures, Pole, StepTimes};
 pub use margins::{Margins, PeakSensitivity, margins, peak_sensitivity, stable_gain_factors};
 pub use response::{ErrorConstants, Feedforward, StepFigures, StepResponse, bandwidth, error_constants, step_response};
 pub use sampled_loop::SampledLoop;

@@ -182,7 +182,28 @@ pub(super) fn all_roots(p: &[f64]) -> [Complex<f64>; MOST_ROOTS] {
             break;
         }
     }
+    pair(&mut roots[..degree]);
     roots
+}
+
+/// Roots of a real polynomial are real or come in pairs; made exactly so.
+fn pair(roots: &mut [Complex<f64>]) {
+    let mut open = [true; MOST_ROOTS];
+    for k in 0..roots.len() {
+        if !open[k] {
+            continue;
+        }
+        let mirror = roots[k].conj();
+        // The nearest to the mirror image; a real root is that itself.
+        let apart = |j: usize| (roots[j] - mirror).norm_sqr();
+        let other = (k..roots.len()).filter(|j| open[*j]).min_by(|i, j| apart(*i).total_cmp(&apart(*j))).unwrap_or(k);
+        if other == k {
+            roots[k].im = 0.0;
+        } else {
+            roots[other] = mirror;
+        }
+        (open[k], open[other]) = (false, false);
+    }
 }
 
 /// Magnitudes near those of the roots: the slopes of the upper hull of the coefficients' logarithms (Bini's choice).

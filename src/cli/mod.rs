@@ -1,7 +1,9 @@
 //! The command line: one file a subcommand. Results go to standard output, everything else to standard error.
 
+mod analyze;
 mod check;
 mod inspect;
+mod junit;
 mod new;
 mod output;
 mod plot;
@@ -9,6 +11,7 @@ mod progress;
 mod run;
 mod schema;
 mod table;
+mod test;
 mod tune;
 mod tune_file;
 mod tune_table;
@@ -33,13 +36,15 @@ Examples:
   servosim tune alpha.toml                             better gains, as output/alpha-tuned.toml
   servosim plot alpha heart                            lay two runs over each other
   servosim inspect output/alpha.mcap --csv             every sample as CSV
+  servosim analyze alpha.toml                          stability margins, Bode and Nyquist plots
+  servosim test scenarios --junit report.xml           hold every scenario of a folder to its limits
   servosim new mine && servosim run mine.toml          start one of your own
 
 Exit codes:
   0  fine
   1  failed while running, or interrupted
   2  wrong usage, or an invalid scenario
-  3  a limit of the scenario was broken, or the loop locked up, or no gains keep the constraints")]
+  3  a limit of the scenario was broken, a loop locked up or is unstable, or no gains keep the constraints")]
 struct Cli {
     #[command(subcommand)]
     command: Command,
@@ -53,8 +58,12 @@ enum Command {
     Tune(tune::TuneArgs),
     /// Plot recordings, one or several laid over each other
     Plot(plot::PlotArgs),
+    /// Run many scenarios and hold each to its limits: a table, JUnit XML for CI
+    Test(test::TestArgs),
     /// Tell what a recording holds, or export it as CSV
     Inspect(inspect::InspectArgs),
+    /// Tell how stable the servo loops are: margins, poles, step response; Bode and Nyquist plots
+    Analyze(analyze::AnalyzeArgs),
     /// Check scenarios without running them
     Check(check::CheckArgs),
     /// Write a commented scenario to start from
@@ -83,6 +92,33 @@ pub(crate) enum CliError {
     /// The run did not reach its end.
     #[error(transparent)]
     Simulation(#[from] SimulationError),
+    /// One scenario of a suite did not reach its end.
+    #[error("{scenario}: {source}")]
+    Run {
+        /// Which one.
+        scenario: String,
+        /// Why.
+        source: SimulationError,
+    },
+    /// Scenarios that were told of already failed.
+    #[error("{failed} of {count} scenarios failed while running")]
+    Failed {
+        /// How many did.
+        failed: usize,
+        /// How many there are.
+        count: usize,
+    },
+    /// The user stopped a suite.
+    #[error("interrupted after {done} of {count} scenarios")]
+    SuiteInterrupted {
+        /// How many were run.
+        done: usize,
+        /// How many there are.
+        count: usize,
+    },
+    /// The results of a suite could not be put into XML.
+    #[error("cannot write the JUnit XML: {0}")]
+    Junit(io::Error),
     /// The user stopped it.
     #[error("interrupted at t = {time_s:.3} s; the recording up to there is {}", recording.display())]
     Interrupted {
@@ -181,7 +217,9 @@ pub(crate) fn main() -> ExitCode {
         Command::Run(args) => run::run(args),
         Command::Tune(args) => tune::run(args),
         Command::Plot(args) => plot::run(args),
+        Command::Test(args) => test::run(args),
         Command::Inspect(args) => inspect::run(args),
+        Command::Analyze(args) => analyze::run(args),
         Command::Check(args) => check::run(args),
         Command::New(args) => new::run(args),
         Command::Schema => schema::run(),

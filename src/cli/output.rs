@@ -4,6 +4,7 @@ use std::fs;
 use std::io::{self, Write};
 use std::path::Path;
 
+use serde::Serialize;
 use servosim::limits::is_kept;
 
 use super::CliError;
@@ -15,6 +16,13 @@ pub(crate) fn print(text: &str) -> Result<(), CliError> {
         Err(error) if error.kind() != io::ErrorKind::BrokenPipe => Err(CliError::Stdout(error)),
         _ => Ok(()),
     }
+}
+
+/// A value as an indented JSON document, ending in a newline.
+pub(crate) fn json(value: &impl Serialize) -> Result<String, CliError> {
+    let mut text = serde_json::to_string_pretty(value).map_err(|error| CliError::Stdout(error.into()))?;
+    text.push('\n');
+    Ok(text)
 }
 
 /// Tells the user something on standard error. Nobody is left to be told when that fails.

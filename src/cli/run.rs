@@ -9,9 +9,8 @@ use servosim::recording::{Facts, Recorder};
 use servosim::report;
 use servosim::scenario::Document;
 use servosim::simulation::{Ending, Observer};
-use servosim::summary::Summary;
 
-use super::output::{make_folder, note, print, short};
+use super::output::{json, make_folder, note, print, short};
 use super::progress::Progress;
 use super::{CliError, Outcome, is_watched, plot, table};
 
@@ -45,6 +44,7 @@ pub(crate) struct RunArgs {
     quiet: bool,
 }
 
+/// Format of plots, or none.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
 pub(crate) enum Plots {
     Svg,
@@ -62,6 +62,7 @@ impl Plots {
     }
 }
 
+/// What goes to standard output.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
 pub(crate) enum Format {
     Table,
@@ -141,12 +142,6 @@ fn plots(args: &RunArgs, name: &str, recording: &Path, stop: &AtomicBool) -> Res
     let Some(format) = args.plots.format() else { return Ok(Vec::new()) };
     let data = plot::load(recording, Some(stop))?;
     Ok(report::write_all(&[data], &args.output, name, format)?)
-}
-
-fn json(summary: &Summary) -> Result<String, CliError> {
-    let mut text = serde_json::to_string_pretty(summary).map_err(|error| CliError::Stdout(error.into()))?;
-    text.push('\n');
-    Ok(text)
 }
 
 /// A flag that Ctrl-C raises, so that a run (a search) ends soon and in order; a second Ctrl-C ends the program at once.

@@ -11,7 +11,7 @@ use servosim::tuning::{
     findings,
 };
 
-use super::output::{figure, make_folder, note, print};
+use super::output::{figure, json, make_folder, note, print};
 use super::progress::SearchProgress;
 use super::run::{Format, Plots, stop_flag};
 use super::{CliError, Outcome, is_watched, plot, tune_file, tune_table};
@@ -234,12 +234,6 @@ fn plot_convergence(
     let searches = tuned.traces.iter().map(|trace| (trace.start, trace.steps.as_slice())).collect();
     let convergence = Convergence { name: &scenario.name, subtitle: &subtitle, unit: "µm", searches };
     Ok(report::write_convergence(&convergence, &args.output, &scenario.name, format)?)
-}
-
-fn json(findings: &Findings) -> Result<String, CliError> {
-    let mut text = serde_json::to_string_pretty(findings).map_err(|error| CliError::Stdout(error.into()))?;
-    text.push('\n');
-    Ok(text)
 }
 
 impl From<TuningError> for CliError {

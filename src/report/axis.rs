@@ -38,6 +38,10 @@ impl Range {
         !(self.low <= self.high && self.low.is_finite() && self.high.is_finite())
     }
 
+    fn holds(&self, value: f64) -> bool {
+        (self.low..=self.high).contains(&value)
+    }
+
     pub(super) fn middle(&self) -> f64 {
         0.5 * self.low + 0.5 * self.high
     }
@@ -131,6 +135,31 @@ impl Axis {
             .collect();
         let range = Range { low: power_of_ten(low), high: power_of_ten(high) };
         Self { range, ticks, factor: 0, logarithmic: true }
+    }
+
+    /// A logarithmic axis over exactly `range` (positive), with labelled ticks at 1, 2 and 5 in every decade, or at decades
+    /// alone where there are more than four.
+    pub(super) fn decades(range: Range) -> Self {
+        let rounded = Self::logarithmic(range, 12);
+        if !(range.low > 0.0 && range.low < range.high && range.high.is_finite()) {
+            return rounded;
+        }
+        let decades = libm::log10(range.high / range.low);
+        if decades > 8.0 {
+            return Self {
+                range,
+                ticks: rounded.ticks.into_iter().filter(|t| range.holds(t.value)).collect(),
+                ..rounded
+            };
+        }
+        let digits: &[u8] = if decades > 4.0 { &[1] } else { &[1, 2, 5] };
+        let first = whole(libm::floor(libm::log10(range.low)));
+        let exponents = first..=first + whole(decades) + 1;
+        let ticks = exponents.flat_map(|e| digits.iter().map(move |d| (*d, e))).map(|(digit, exponent)| {
+            let value = format!("{digit}e{exponent}").parse().unwrap_or(1.0);
+            Tick { value, label: figure(value, 3) }
+        });
+        Self { range, ticks: ticks.filter(|tick| range.holds(tick.value)).collect(), factor: 0, logarithmic: true }
     }
 
     /// Where `value` lies: 0 at the low end, 1 at the high end.
@@ -275,6 +304,7 @@ mod tests {
                     Axis::linear(Range { low, high }, 600.0, 60.0, false),
                     Axis::linear(Range { low, high }, 600.0, 60.0, true),
                     Axis::logarithmic(Range { low, high }, 8),
+                    Axis::decades(Range { low, high }),
                 ] {
                     assert!(axis.ticks.len() <= 41, "{low} {high}: {}", axis.ticks.len());
                     assert!(axis.ticks.iter().all(|t| t.value.is_finite() && t.label.len() < 40));

@@ -1,7 +1,6 @@
 //! Plots into a folder.
 
 use std::fs;
-use std::io;
 use std::path::{Path, PathBuf};
 
 use super::sheet::Sheet;
@@ -45,14 +44,8 @@ pub(super) fn write_sheets(
     fs::create_dir_all(folder).map_err(|source| ReportError::Write { file: folder.to_owned(), source })?;
     let mut files = Vec::with_capacity(plots.len());
     for (name, bytes) in plots {
-        let file = folder.join(&name);
-        // Beside the final file, so that renaming never crosses file systems.
-        let unfinished = folder.join(format!(".{name}.{}.part", std::process::id()));
-        if let Err(source) = write_and_rename(&unfinished, &file, &bytes) {
-            // What could not be written is not left behind; that it cannot be removed either adds nothing.
-            let _ = fs::remove_file(&unfinished);
-            return Err(ReportError::Write { file, source });
-        }
+        let file = folder.join(name);
+        write_file(&file, &bytes)?;
         files.push(file);
     }
     Ok(files)
@@ -65,7 +58,17 @@ fn check_stem(stem: &str) -> Result<(), ReportError> {
     Ok(())
 }
 
-fn write_and_rename(unfinished: &Path, file: &Path, bytes: &[u8]) -> io::Result<()> {
-    fs::write(unfinished, bytes)?;
-    fs::rename(unfinished, file)
+/// Writes a whole file, an existing one is replaced: it appears under its name only when it is complete.
+///
+/// # Errors
+/// The file cannot be written; nothing is left of it, and an existing one is as it was.
+pub fn write_file(file: &Path, bytes: &[u8]) -> Result<(), ReportError> {
+    let name = file.file_name().map(|name| name.to_string_lossy().into_owned()).unwrap_or_default();
+    // Beside the final file, so that renaming never crosses file systems.
+    let unfinished = file.with_file_name(format!(".{name}.{}.part", std::process::id()));
+    fs::write(&unfinished, bytes).and_then(|()| fs::rename(&unfinished, file)).map_err(|source| {
+        // What could not be written is not left behind; that it cannot be removed either adds nothing.
+        let _ = fs::remove_file(&unfinished);
+        ReportError::Write { file: file.to_owned(), source }
+    })
 }

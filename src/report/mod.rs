@@ -12,6 +12,7 @@
 //! | [`PlotKind::Voltage`] | voltage of both axes with the saturation band |
 //! | [`PlotKind::Search`] | pattern search for `n_c`: objective, best point, mesh size and evaluations over iterations |
 //!
+//! [`write_loops`] draws the servo loops themselves: Bode, Nyquist, step response.
 //! [`write_convergence`] plots how a tuning converged.
 //!
 //! The same runs give the same bytes. Text is laid out with the bundled font (`DejaVu` Sans); an SVG names it first and falls back
@@ -24,6 +25,7 @@ mod files;
 mod font;
 #[cfg(test)]
 mod layout_tests;
+mod loops;
 mod panel;
 mod pixels;
 mod plots;
@@ -35,7 +37,8 @@ use std::path::PathBuf;
 use crate::optimize::Step;
 
 pub use data::{MAX_BUCKETS, PlotSample, RunData, RunFacts};
-pub use files::write_all;
+pub use files::{write_all, write_file};
+pub use loops::write_loops;
 
 /// Which plot.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]

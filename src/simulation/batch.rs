@@ -36,6 +36,8 @@ pub(super) fn lanes() -> usize {
 pub(super) struct Batch<'b, const A: usize> {
     pub(super) course: &'b Course<'b, A>,
     pub(super) parameters: &'b [[AxisParameters; A]],
+    /// Whether contouring errors are measured; else they are NaN.
+    pub(super) contour: bool,
     pub(super) figures: &'b mut [RunFigures<A>],
 }
 
@@ -51,11 +53,12 @@ impl<const A: usize> WithSimd for Batch<'_, A> {
 
     #[inline(always)]
     fn with_simd<S: Simd>(self, simd: S) {
-        // The same code twice: the compiler leaves out of each what the other is for.
-        if self.course.settings.one_sample_delay {
-            self.run_on::<S, true>(simd);
-        } else {
-            self.run_on::<S, false>(simd);
+        // The same code four times: the compiler leaves out of each what the others are for.
+        match (self.course.settings.one_sample_delay, self.contour) {
+            (false, false) => self.run_on::<S, false, false>(simd),
+            (false, true) => self.run_on::<S, false, true>(simd),
+            (true, false) => self.run_on::<S, true, false>(simd),
+            (true, true) => self.run_on::<S, true, true>(simd),
         }
     }
 }
@@ -72,7 +75,7 @@ struct Tally<L: Lane, const A: usize> {
 
 impl<const A: usize> Batch<'_, A> {
     #[inline(always)]
-    fn run_on<S: Simd, const DELAY: bool>(self, simd: S) {
+    fn run_on<S: Simd, const DELAY: bool, const CONTOUR: bool>(self, simd: S) {
         let Course { settings, start_mm, samples, .. } = self.course;
         let zero = Wide::<S, REGISTERS>::splat(simd, 0.0);
         let one = zero.all(1.0);
@@ -115,6 +118,9 @@ impl<const A: usize> Batch<'_, A> {
             tally.tracking_max = tally.tracking_max.max_abs(square);
             tally.tracking_sum = tally.tracking_sum + square;
 
+            if !CONTOUR {
+                continue;
+            }
             let plain = zero.every(square.le(zero.all(sample.around.plain_square)));
             let contour = match sample.around.pieces.first() {
                 Some(piece) if plain && A == 2 => piece.square(-lag[0], -lag[1]),
@@ -134,8 +140,8 @@ impl<const A: usize> Batch<'_, A> {
             let of = |wide: &Wide<S, REGISTERS>| wide.lanes().get(lane).copied().unwrap_or(f64::NAN);
             let saturated = of(&tally.saturated);
             *figures = RunFigures {
-                max_contour_error_um: um(of(&tally.contour_max)),
-                rms_contour_error_um: um(of(&tally.contour_sum) / count),
+                max_contour_error_um: if self.contour { um(of(&tally.contour_max)) } else { f64::NAN },
+                rms_contour_error_um: if self.contour { um(of(&tally.contour_sum) / count) } else { f64::NAN },
                 max_tracking_error_um: um(of(&tally.tracking_max)),
                 rms_tracking_error_um: um(of(&tally.tracking_sum) / count),
                 peak_voltage_v: std::array::from_fn(|axis| of(&tally.voltage[axis])),
@@ -148,8 +154,9 @@ impl<const A: usize> Batch<'_, A> {
 }
 
 impl<const A: usize> Course<'_, A> {
-    /// Squared distances where the setpoint's own piece is not good for every lane.
-    #[inline(never)]
+    /// Squared distances where the setpoint's own piece is not good for every lane. (Inlined: a function of its own would be
+    /// compiled without the wide instructions.)
+    #[inline(always)]
     fn around<S: Simd>(
         &self,
         sample: &Sample<A>,
@@ -187,6 +194,7 @@ impl<const A: usize> Course<'_, A> {
 
     /// The squared contouring error \[mm²\] where the tool is behind the setpoint by `lag`, as
     /// [`ContourMeter`](crate::contour::ContourMeter) measures it.
+    #[inline(never)]
     fn exact_square(&self, sample: &Sample<A>, lag: &SVector<f64, A>) -> f64 {
         let actual_mm = SVector::from(sample.command) + self.start_mm - lag;
         let reach = PI * lag.norm() + 1e-6;

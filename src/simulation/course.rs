@@ -132,6 +132,22 @@ impl<'a, const A: usize> Course<'a, A> {
     /// # Errors
     /// A parameter out of range.
     pub fn run(&self, parameters: &[[AxisParameters; A]]) -> Result<Vec<RunFigures<A>>, SimulationError> {
+        self.run_all(parameters, true)
+    }
+
+    /// As [`Course::run`] without measuring contouring errors, which are NaN in the figures: twice as quick.
+    ///
+    /// # Errors
+    /// A parameter out of range.
+    pub fn run_loop(&self, parameters: &[[AxisParameters; A]]) -> Result<Vec<RunFigures<A>>, SimulationError> {
+        self.run_all(parameters, false)
+    }
+
+    fn run_all(
+        &self,
+        parameters: &[[AxisParameters; A]],
+        contour: bool,
+    ) -> Result<Vec<RunFigures<A>>, SimulationError> {
         for axis in parameters.iter().flatten() {
             axis.check()?;
         }
@@ -139,7 +155,7 @@ impl<'a, const A: usize> Course<'a, A> {
         parameters
             .par_chunks(lanes())
             .zip(figures.par_chunks_mut(lanes()))
-            .for_each(|(parameters, figures)| Batch { course: self, parameters, figures }.run());
+            .for_each(|(parameters, figures)| Batch { course: self, parameters, contour, figures }.run());
         Ok(figures)
     }
 }

@@ -75,8 +75,9 @@ impl Uncertainty {
         least
     }
 
-    /// The corners of the box of two axes, 16 of them, but for those whose plants would need more than the drive's voltage to
-    /// follow the path of the scenario at all, whatever the gains: `u = (ω + τ dω/dt)/K`.
+    /// The corners of the box of two axes, but for those of the 16 where both axes' plants are off in the same way (the errors
+    /// of the axes then still match: they are never the worst), and for those whose plants would need more than the drive's
+    /// voltage to follow the path of the scenario at all, whatever the gains: `u = (ω + τ dω/dt)/K`.
     pub(super) fn corners_in_reach(&self, scenario: &Scenario) -> Vec<Shares> {
         let period_s = scenario.settings.period_s;
         let mut interpolator = Interpolator::new(&*scenario.path, &scenario.motion, period_s);
@@ -100,6 +101,7 @@ impl Uncertainty {
         }
         let is_in_reach = |i: usize, plant: usize| demand_v[i][plant] <= scenario.axes[i].drive.voltage_limit_v;
         (0..16)
+            .filter(|corner| corner & 3 != corner >> 2)
             .filter(|corner| is_in_reach(0, corner & 3) && is_in_reach(1, corner >> 2))
             .map(|corner| [0, 1, 2, 3].map(|bit| sign(corner, bit)))
             .collect()

@@ -75,7 +75,7 @@ fn named(runs: &[RunData]) -> Vec<Named<'_>> {
 }
 
 /// Without characters that XML forbids or that have no place in a line of text.
-fn printable(text: &str) -> String {
+pub(super) fn printable(text: &str) -> String {
     text.chars().map(|c| if c.is_control() || matches!(c, '\u{fffe}' | '\u{ffff}') { ' ' } else { c }).collect()
 }
 

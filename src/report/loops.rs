@@ -1,0 +1,346 @@
+//! Plots of servo loops: Bode, Nyquist and step response of every axis.
+
+use std::path::{Path, PathBuf};
+
+use super::axis::{Axis, Range, figure};
+use super::curve::{Dash, Frame};
+use super::files::write_sheets;
+use super::panel::{Entry, Heading, Panel, gutter, panel_height, stack, x_axis, y_axis};
+use super::sheet::{CURVE_PX, Colour, DESIRED, INK, MUTED, Pen, RUN_COLOURS, Sheet};
+use super::{Format, ReportError};
+use crate::analysis::{Feedforward, Margins, SampledLoop, margins, step_response};
+use crate::limits::AXIS_NAMES;
+use crate::servo::{AxisParameters, LoopSettings};
+
+/// Points of a frequency response.
+const POINTS: u32 = 3000;
+const GAP: f64 = 18.0;
+/// Reference lines: 0 dB, -180°, the unit circle.
+const REFERENCE: Pen = Pen { colour: MUTED, width_px: 1.2, dash: None };
+const THIN: Dash = Dash::new(4.0, 4.0);
+
+/// One axis as it is drawn.
+struct Drawn<'a> {
+    name: String,
+    colour: Colour,
+    parameters: &'a AxisParameters,
+    sampled: SampledLoop,
+    margins: Margins,
+}
+
+impl Drawn<'_> {
+    fn pen(&self) -> Pen {
+        Pen::solid(self.colour, CURVE_PX)
+    }
+}
+
+/// Draws the loops of the axes and writes `STEM-bode.svg`, `STEM-nyquist.svg` and `STEM-step.svg` (or `.png`) into `folder`
+/// (made if missing; existing files are replaced). Returns the files in this order.
+///
+/// - `title`: what the plots are headed with
+///
+/// # Errors
+/// A stem that is no plain file name, a plot that cannot be drawn, a file or folder that cannot be written.
+pub fn write_loops(
+    title: &str,
+    axes: &[AxisParameters],
+    settings: &LoopSettings,
+    folder: &Path,
+    stem: &str,
+    format: Format,
+) -> Result<Vec<PathBuf>, ReportError> {
+    let drawn: Vec<Drawn<'_>> = axes
+        .iter()
+        .enumerate()
+        .map(|(i, parameters)| Drawn {
+            name: AXIS_NAMES.get(i).copied().unwrap_or("?").to_uppercase(),
+            colour: RUN_COLOURS[i % RUN_COLOURS.len()],
+            parameters,
+            sampled: SampledLoop::new(parameters, settings),
+            margins: margins(parameters, settings),
+        })
+        .collect();
+    let title = super::plots::printable(title);
+    let sheets = [
+        ("bode", bode(&title, &drawn)),
+        ("nyquist", nyquist(&title, &drawn)),
+        ("step", step(&title, &drawn, settings)),
+    ];
+    write_sheets(sheets, folder, stem, format)
+}
+
+fn heading(title: &str, what: &str, axes: &[Drawn<'_>]) -> Heading {
+    let unstable = axes.iter().filter(|axis| !axis.margins.stable);
+    Heading {
+        title: format!("{}: {what}", super::font::shortened(title, super::panel::TITLE_EM, 700.0)),
+        warnings: unstable
+            .map(|axis| format!("{}: unstable, largest pole {}", axis.name, figure(axis.margins.pole_radius, 5)))
+            .collect(),
+        ..Heading::default()
+    }
+}
+
+/// From well below the lowest frequency that matters up to `π/Δt` \[rad/s\].
+fn frequencies(axes: &[Drawn<'_>]) -> Range {
+    let mut range = Range::EMPTY;
+    for axis in axes {
+        let nyquist = axis.sampled.nyquist_rad_s();
+        // Room beside the last point.
+        range.include(1.08 * nyquist);
+        range.include(nyquist / 200.0);
+        let marked = axis.sampled.phase_crossovers_rad_s().into_iter().map(|(omega, _)| omega);
+        for omega in marked.chain(axis.sampled.crossovers_rad_s()) {
+            range.include((omega / 4.0).max(nyquist * 1e-7));
+        }
+    }
+    range.opened(1e-9)
+}
+
+/// Frequencies evenly spaced in their logarithm.
+fn spaced(range: Range) -> impl Iterator<Item = f64> {
+    (0..=POINTS).map(move |i| range.low * libm::pow(range.high / range.low, f64::from(i) / f64::from(POINTS)))
+}
+
+fn decibel(magnitude: f64) -> f64 {
+    20.0 * libm::log10(magnitude)
+}
+
+fn bode(title: &str, axes: &[Drawn<'_>]) -> Sheet {
+    let mut sheet = Sheet::default();
+    let range = frequencies(axes);
+    let mut magnitudes = Range::EMPTY;
+    let mut phases = Range::of([-180.0]);
+    let responses: Vec<Vec<(f64, f64, f64)>> = axes
+        .iter()
+        .map(|axis| {
+            let mut last = -180.0;
+            let response = spaced(Range { high: axis.sampled.nyquist_rad_s(), ..range });
+            let response = response.map(|omega| {
+                let l = axis.sampled.transfer(omega);
+                // The branch nearest to the point before: at low frequencies two integrators, -180°.
+                let principal = libm::atan2(l.im, l.re).to_degrees();
+                last = principal + 360.0 * ((last - principal) / 360.0).round();
+                (omega, decibel(libm::hypot(l.re, l.im)), last)
+            });
+            response.filter(|(_, magnitude, phase)| magnitude.is_finite() && phase.is_finite()).collect()
+        })
+        .collect();
+    for (_, magnitude, phase) in responses.iter().flatten() {
+        magnitudes.include(*magnitude);
+        phases.include(*phase);
+    }
+    magnitudes.include(0.0);
+
+    let mut head = heading(title, "loop transfer, broken at the plant input", axes);
+    head.legend =
+        axes.iter().map(|axis| Entry::line(axis.pen(), format!("{}: {}", axis.name, told(&axis.margins)))).collect();
+    let space = head.draw(&mut sheet);
+    let height = panel_height(&space, 2, GAP);
+    let y = [y_axis(magnitudes.padded(0.05, 0.05), height, false), y_axis(phases.padded(0.1, 0.1), height, false)];
+    let gutter = gutter(&[&y[0], &y[1]]);
+    let frames = stack(&space, &[&y[0], &y[1]], GAP);
+    let mut panels: Vec<Panel> =
+        frames.into_iter().zip(y).map(|(frame, y)| Panel::new(frame, Axis::decades(range), y)).collect();
+    let [magnitude, phase] = panels.as_mut_slice() else { return sheet };
+    for (panel, level) in [(&mut *magnitude, 0.0), (&mut *phase, -180.0)] {
+        panel.grid(&mut sheet);
+        panel.level(&mut sheet, level, REFERENCE);
+    }
+    for (axis, response) in axes.iter().zip(&responses) {
+        magnitude.curve(&mut sheet, response.iter().map(|(omega, m, _)| (*omega, *m)), axis.pen());
+        phase.curve(&mut sheet, response.iter().map(|(omega, _, p)| (*omega, *p)), axis.pen());
+    }
+    for axis in axes {
+        for (omega, factor) in axis.sampled.phase_crossovers_rad_s() {
+            let at = magnitude.at(omega, -decibel(factor));
+            sheet.ring(at, 4.0, 1.5, axis.colour);
+            let text = format!("{}: × {} ({} dB)", axis.name, figure(factor, 4), figure(decibel(factor), 3));
+            magnitude.point_label(&mut sheet, at, &text, axis.colour);
+        }
+        if axis.margins.stable && axis.margins.phase_margin_deg.is_finite() {
+            let Margins { crossover_rad_s: omega, phase_margin_deg: margin, .. } = axis.margins;
+            sheet.ring(magnitude.at(omega, 0.0), 4.0, 1.5, axis.colour);
+            let l = axis.sampled.transfer(omega);
+            let side = if l.im > 0.0 { -margin } else { margin };
+            let at = phase.at(omega, -180.0 + side);
+            sheet.line(&[phase.at(omega, -180.0), at], Pen { colour: axis.colour, width_px: 1.2, dash: Some(THIN) });
+            sheet.ring(at, 4.0, 1.5, axis.colour);
+            let text = format!("{}: {}° at {} rad/s", axis.name, figure(margin, 4), figure(omega, 4));
+            phase.point_label(&mut sheet, at, &text, axis.colour);
+        }
+    }
+    magnitude.level_label(&mut sheet, 0.0, "0 dB", MUTED);
+    phase.level_label(&mut sheet, -180.0, "−180°", MUTED);
+    magnitude.border(&mut sheet, false, true);
+    phase.border(&mut sheet, true, true);
+    magnitude.y_title(&mut sheet, gutter, "magnitude", "dB");
+    phase.y_title(&mut sheet, gutter, "phase", "°");
+    phase.x_title(&mut sheet, "frequency", "rad/s");
+    sheet
+}
+
+/// Margins in few words, for a legend.
+fn told(margins: &Margins) -> String {
+    if !margins.stable {
+        return "unstable".to_owned();
+    }
+    format!(
+        "Ms {}, gain × {} to {}, phase {}°, delay {} ms",
+        figure(margins.peak_sensitivity, 4),
+        figure(margins.gain_down, 4),
+        figure(margins.gain_up, 4),
+        figure(margins.phase_margin_deg, 4),
+        figure(1e3 * margins.delay_margin_s, 3)
+    )
+}
+
+fn nyquist(title: &str, axes: &[Drawn<'_>]) -> Sheet {
+    let mut sheet = Sheet::default();
+    let mut head = heading(title, "Nyquist plot of the loop transfer", axes);
+    head.subtitle = String::from(
+        "Frequencies up to π/Δt, and their mirror image (thin); the circle around −1 that the curve touches has the radius 1/Ms",
+    );
+    head.legend =
+        axes.iter().map(|axis| Entry::line(axis.pen(), format!("{}: {}", axis.name, told(&axis.margins)))).collect();
+    head.legend.push(Entry::line(REFERENCE, "|L| = 1"));
+    let space = head.draw(&mut sheet);
+
+    // As far to the left as the gain may fall, but the surroundings of -1 stay visible.
+    let mut x = Range { low: -2.2, high: 1.4 };
+    for (_, factor) in axes.iter().flat_map(|axis| axis.sampled.phase_crossovers_rad_s()) {
+        x.low = x.low.min(-1.15 / factor).max(-7.0);
+    }
+    let room = gutter(&[&y_axis(Range { low: -1.0, high: 1.0 }, space.height(), false)]);
+    let frame = Frame { left: space.left + room, right: space.right - 8.0, ..space };
+    let per_px = x.span() / frame.width();
+    let half = 0.5 * per_px * frame.height();
+    let y = Range { low: -half, high: half };
+    let mut panel = Panel::new(frame, x_axis(x, frame.width(), false), y_axis(y, frame.height(), false));
+    panel.grid(&mut sheet);
+    panel.level(&mut sheet, 0.0, REFERENCE);
+    let circle = |centre: f64, radius: f64| {
+        (0..=360).map(move |i| {
+            let angle = f64::from(i).to_radians();
+            (centre + radius * libm::cos(angle), radius * libm::sin(angle))
+        })
+    };
+    panel.curve(&mut sheet, circle(0.0, 1.0), REFERENCE);
+    let range = frequencies(axes);
+    for axis in axes {
+        // Nyquist curves need their end exactly.
+        let fine = Range { high: axis.sampled.nyquist_rad_s(), ..range };
+        let points: Vec<(f64, f64)> = spaced(fine)
+            .map(|omega| axis.sampled.transfer(omega))
+            .map(|l| (l.re, l.im))
+            .filter(|p| p.0.is_finite())
+            .collect();
+        let mirror = Pen { colour: axis.colour, width_px: 0.8, dash: Some(THIN) };
+        panel.curve(&mut sheet, points.iter().map(|(re, im)| (*re, -im)), mirror);
+        panel.curve(&mut sheet, points.iter().copied(), axis.pen());
+        if axis.margins.stable {
+            let dash = Some(Dash::new(7.0, 4.0));
+            let pen = Pen { colour: axis.colour, width_px: 1.0, dash };
+            panel.curve(&mut sheet, circle(-1.0, axis.margins.modulus_margin()), pen);
+        }
+    }
+    for axis in axes {
+        for (_, factor) in axis.sampled.phase_crossovers_rad_s() {
+            let at = panel.at(-1.0 / factor, 0.0);
+            if panel.holds(at) {
+                sheet.ring(at, 4.0, 1.5, axis.colour);
+                panel.point_label(&mut sheet, at, &format!("{}: −1/{}", axis.name, figure(factor, 4)), axis.colour);
+            }
+        }
+        if axis.margins.stable && axis.margins.phase_margin_deg.is_finite() {
+            let l = axis.sampled.transfer(axis.margins.crossover_rad_s);
+            let at = panel.at(l.re, l.im);
+            sheet.ring(at, 4.0, 1.5, axis.colour);
+            let text = format!("{}: {}°", axis.name, figure(axis.margins.phase_margin_deg, 4));
+            panel.point_label(&mut sheet, at, &text, axis.colour);
+        }
+    }
+    let critical = panel.at(-1.0, 0.0);
+    sheet.dot(critical, 4.5, INK);
+    panel.point_label(&mut sheet, critical, "−1", INK);
+    panel.border(&mut sheet, true, true);
+    panel.x_title(&mut sheet, "real part", "");
+    panel.y_title(&mut sheet, room, "imaginary part", "");
+    sheet
+}
+
+fn step(title: &str, axes: &[Drawn<'_>], settings: &LoopSettings) -> Sheet {
+    let mut sheet = Sheet::default();
+    let kinds = [(Feedforward::With, Some(THIN)), (Feedforward::Without, None)];
+    let responses: Vec<_> = axes
+        .iter()
+        .map(|axis| kinds.map(|(feedforward, dash)| (step_response(axis.parameters, settings, feedforward), dash)))
+        .collect();
+    // Somewhat longer than the slowest one takes; of an unstable one all there is.
+    let longest = responses.iter().flatten().map(|(response, _)| {
+        response.figures.map_or(response.actual.len() as f64 * response.period_s, |f| 1.4 * f.settling_s)
+    });
+    let end = longest.fold(10.0 * settings.period_s, f64::max);
+    let mut head = heading(title, "response to a step of the position command", axes);
+    head.subtitle = String::from("Linear: no voltage limit. The shaded band is ±2 %");
+    head.legend = vec![
+        Entry::line(Pen::solid(INK, CURVE_PX), "feedback alone"),
+        Entry::line(Pen { dash: Some(THIN), ..Pen::solid(INK, CURVE_PX) }, "with the velocity feedforward"),
+    ];
+    let space = head.draw(&mut sheet);
+    let height = panel_height(&space, axes.len(), GAP);
+    let shown = |response: &crate::analysis::StepResponse| -> Vec<(f64, f64)> {
+        let times = (0..).map(|k: u32| f64::from(k) * response.period_s);
+        times.zip(response.actual.iter().map(|x| x.clamp(-1e3, 1e3))).take_while(|(t, _)| *t <= end).collect()
+    };
+    let y: Vec<Axis> = responses
+        .iter()
+        .map(|kinds| {
+            let mut range = Range::of(kinds.iter().flat_map(|(response, _)| shown(response)).map(|(_, x)| x));
+            range.include(0.0);
+            range.include(1.0);
+            y_axis(range.padded(0.05, 0.12), height, false)
+        })
+        .collect();
+    let all: Vec<&Axis> = y.iter().collect();
+    let gutter = gutter(&all);
+    let frames = stack(&space, &all, GAP);
+    let last = axes.len().saturating_sub(1);
+    for (i, ((axis, kinds), (frame, y))) in
+        axes.iter().zip(&responses).zip(frames.into_iter().zip(y.iter().cloned())).enumerate()
+    {
+        let mut panel = Panel::new(frame, x_axis(Range { low: 0.0, high: end }, frame.width(), false), y);
+        panel.shade(&mut sheet, 0.98, 1.02);
+        panel.grid(&mut sheet);
+        panel.level(&mut sheet, 1.0, Pen::solid(DESIRED, 1.2));
+        for (response, dash) in kinds {
+            panel.curve(&mut sheet, shown(response), Pen { dash: *dash, ..axis.pen() });
+        }
+        for (response, _) in kinds.iter().rev() {
+            let Some(figures) = response.figures else { continue };
+            if figures.overshoot_percent > 0.1 {
+                let top = shown(response).into_iter().fold((0.0, 0.0), |best, p| if p.1 > best.1 { p } else { best });
+                let at = panel.at(top.0, top.1);
+                sheet.ring(at, 4.0, 1.5, axis.colour);
+                panel.point_label(
+                    &mut sheet,
+                    at,
+                    &format!("overshoot {} %", figure(figures.overshoot_percent, 3)),
+                    axis.colour,
+                );
+            }
+            // It comes in over the edge that the sample before is nearer to.
+            let before = shown(response).into_iter().take_while(|(t, _)| *t < figures.settling_s).last();
+            let edge = if before.is_some_and(|(_, x)| x > 1.0) { 1.02 } else { 0.98 };
+            let at = panel.at(figures.settling_s, edge);
+            sheet.ring(at, 4.0, 1.5, axis.colour);
+            let text = format!("settled in {} ms", figure(1e3 * figures.settling_s, 3));
+            panel.point_label(&mut sheet, at, &text, axis.colour);
+        }
+        panel.border(&mut sheet, i == last, true);
+        panel.y_title(&mut sheet, gutter, &format!("{} actual / step", axis.name), "");
+        if i == last {
+            panel.x_title(&mut sheet, "time", "s");
+        }
+    }
+    sheet
+}
