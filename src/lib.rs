@@ -14,7 +14,7 @@
 //! |---|---|
 //! | [`lane`] | numbers side by side: what the hot loops are generic over |
 //! | [`path`] | PH quintic splines, lines, circles; length, point, tangent and curvature at arc length, nearest point |
-//! | [`optimize`] | pattern search: a function in, the best point and the history out |
+//! | [`optimize`] | pattern search, Nelder-Mead, CMA-ES: a function in, the best point and the history out |
 //! | [`feedrate`] | profiles, motion `s(t)` along a length |
 //! | [`interpolator`] | path and motion to a stream of setpoints |
 //! | [`servo`] | plant, PDFF controller, the axis loop, lock-up |
@@ -25,6 +25,7 @@
 //! | [`recording`] | MCAP out and in, CSV |
 //! | [`report`] | plots |
 //! | [`sweep`] | one scenario at many points: grids, samples, shards, tables |
+//! | [`tuning`] | gains that make the contouring error small and keep stability margin, and whether to trust them |
 //! | [`scenario`] | the file as written to checked values, with diagnostics |
 //! | `cli` | the program (in the binary): one file a subcommand |
 //!
@@ -46,3 +47,4 @@ pub mod servo;
 pub mod simulation;
 pub mod summary;
 pub mod sweep;
+pub mod tuning;

@@ -367,7 +367,8 @@ fn awkward() -> Vec<(&'static str, RunData)> {
         })
     };
     let steps = |objective: f64, mesh: f64, point: Vec<f64>| {
-        let step = |iteration| Step { iteration, point: point.clone(), objective, mesh, evaluations: 1 };
+        let step =
+            |iteration| Step { iteration, point: point.clone(), objective, violation: 0.0, mesh, evaluations: 1 };
         RunFacts { n_c_search: Some((0..2).map(step).collect()), ..RunFacts::default() }
     };
     let limited = |limit: f64| {

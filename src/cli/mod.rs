@@ -14,6 +14,9 @@ mod schema;
 mod sweep;
 mod table;
 mod test;
+mod tune;
+mod tune_file;
+mod tune_table;
 
 use std::io::{self, IsTerminal, Write};
 use std::path::PathBuf;
@@ -34,6 +37,7 @@ Examples:
   servosim run alpha.toml                              run a scenario: figures, recording and plots
   servosim run heart --set axes.x.pdff.kpp=120         the same with another gain
   servosim sweep alpha --vary axes.x.pdff.kpp=60:140:81   the same at 81 gains: tables and a plot
+  servosim tune alpha.toml                             better gains, as output/alpha-tuned.toml
   servosim plot alpha heart                            lay two runs over each other
   servosim inspect output/alpha.mcap --csv             every sample as CSV
   servosim analyze alpha.toml                          stability margins, Bode and Nyquist plots
@@ -44,7 +48,7 @@ Exit codes:
   0  fine
   1  failed while running, or interrupted
   2  wrong usage, or an invalid scenario
-  3  a limit of the scenario was broken, or a loop locked up or is unstable")]
+  3  a limit of the scenario was broken, a loop locked up or is unstable, or no gains keep the constraints")]
 struct Cli {
     #[command(subcommand)]
     command: Command,
@@ -54,6 +58,8 @@ struct Cli {
 enum Command {
     /// Run a scenario and print its figures
     Run(run::RunArgs),
+    /// Search gains with a smaller contouring error that keep stability margin
+    Tune(tune::TuneArgs),
     /// Run a scenario at many points: a grid, or sampled
     Sweep(sweep::SweepArgs),
     /// Join the shards of a sweep
@@ -138,6 +144,17 @@ pub(crate) enum CliError {
     /// A sweep could not be set up, computed or written.
     #[error(transparent)]
     Sweep(SweepError),
+    /// No gains keep the constraints of a tuning.
+    #[error("{0}")]
+    NothingAllowed(String),
+    /// The user stopped a tuning.
+    #[error("interrupted after {evaluations} evaluations; the best gains so far are in {}", scenario.display())]
+    TuningInterrupted {
+        /// How far it was.
+        evaluations: usize,
+        /// The tuned scenario.
+        scenario: PathBuf,
+    },
     /// The recording could not be written.
     #[error(transparent)]
     Recording(#[from] RecordingError),
@@ -198,6 +215,7 @@ impl CliError {
             | Self::Report(ReportError::Stem { .. })
             | Self::Read(ReadError::Open { .. } | ReadError::Folder { .. })
             | Self::Recording(RecordingError::Occupied { .. } | RecordingError::Folder { .. }) => 2,
+            Self::NothingAllowed(_) => 3,
             _ => 1,
         }
     }
@@ -224,6 +242,7 @@ pub(crate) fn main() -> ExitCode {
     };
     let outcome = match &cli.command {
         Command::Run(args) => run::run(args),
+        Command::Tune(args) => tune::run(args),
         Command::Sweep(args) => sweep::run(args),
         Command::Merge(args) => merge::run(args),
         Command::Plot(args) => plot::run(args),

@@ -1,9 +1,13 @@
 //! A progress bar for runs that take a while.
 
+use std::sync::OnceLock;
 use std::time::{Duration, Instant};
 
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
+use servosim::optimize::Value;
 use servosim::simulation::{Observer, ObserverError, Period, RunPlan};
+
+use super::output::figure;
 
 /// A run shorter than this shows no bar.
 const PATIENCE: Duration = Duration::from_millis(500);
@@ -53,5 +57,48 @@ impl Observer<2> for Progress {
             bar.set_position(period.k);
         }
         Ok(())
+    }
+}
+
+/// Shows how far a search is and what it has found, on standard error, once it has taken a while. May be told from any
+/// thread.
+pub(crate) struct SearchProgress {
+    started: Option<Instant>,
+    bar: OnceLock<ProgressBar>,
+    unit: &'static str,
+}
+
+impl SearchProgress {
+    /// A bar that is shown only if `enabled`; `unit` is that of the objective.
+    pub(crate) fn new(enabled: bool, unit: &'static str) -> Self {
+        Self { started: enabled.then(Instant::now), bar: OnceLock::new(), unit }
+    }
+
+    /// So many evaluations of so many, and the best value so far.
+    pub(crate) fn show(&self, evaluations: usize, budget: usize, best: Value) {
+        if self.started.is_none_or(|started| started.elapsed() <= PATIENCE) {
+            return;
+        }
+        let bar = self.bar.get_or_init(|| {
+            let bar = ProgressBar::with_draw_target(Some(budget as u64), ProgressDrawTarget::stderr());
+            match ProgressStyle::with_template("{bar:40} {percent:>3} %, {eta} left, {msg}") {
+                Ok(style) => bar.with_style(style),
+                Err(_) => bar,
+            }
+        });
+        bar.set_length(budget as u64);
+        bar.set_position(evaluations as u64);
+        bar.set_message(if best.is_feasible() {
+            format!("best {} {}", figure(best.objective, 4), self.unit)
+        } else {
+            "no allowed gains yet".to_owned()
+        });
+    }
+
+    /// Removes the bar.
+    pub(crate) fn finish(&self) {
+        if let Some(bar) = self.bar.get() {
+            bar.finish_and_clear();
+        }
     }
 }

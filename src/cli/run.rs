@@ -144,7 +144,7 @@ fn plots(args: &RunArgs, name: &str, recording: &Path, stop: &AtomicBool) -> Res
     Ok(report::write_all(&[data], &args.output, name, format)?)
 }
 
-/// A flag that Ctrl-C raises, so that a run ends after a whole period; a second Ctrl-C ends the program at once.
+/// A flag that Ctrl-C raises, so that a run (a search) ends soon and in order; a second Ctrl-C ends the program at once.
 pub(crate) fn stop_flag() -> Arc<AtomicBool> {
     let flag = Arc::new(AtomicBool::new(false));
     let raised = Arc::clone(&flag);

@@ -1,5 +1,11 @@
 //! Pattern search along the coordinate directions (Hooke and Jeeves 1961, Torczon 1997).
 
+use std::ops::ControlFlow;
+
+use super::bounds::Bounds;
+use super::outcome::Log;
+use super::{Outcome, Step, Value};
+
 /// Pattern search: polls the 2n coordinate directions, moves to the first better point and doubles the mesh, or halves it
 /// when none is better.
 #[derive(Debug, Clone, PartialEq)]
@@ -23,59 +29,38 @@ impl Default for PatternSearch {
     }
 }
 
-/// State after one iteration.
-#[derive(Debug, Clone, PartialEq, serde::Serialize, serde::Deserialize)]
-pub struct Step {
-    /// Number of the iteration; 0 is the start.
-    pub iteration: usize,
-    /// Best point so far.
-    pub point: Vec<f64>,
-    /// Objective there.
-    pub objective: f64,
-    /// Mesh size after the iteration.
-    pub mesh: f64,
-    /// Evaluations so far.
-    pub evaluations: usize,
-}
-
-/// The end of a search.
-#[derive(Debug, Clone, PartialEq)]
-pub struct Outcome {
-    /// Best point.
-    pub point: Vec<f64>,
-    /// Objective there.
-    pub objective: f64,
-    /// Whether the mesh fell below its tolerance.
-    pub converged: bool,
-    /// Every iteration, the start included.
-    pub history: Vec<Step>,
-}
-
 impl PatternSearch {
     /// Minimises `objective` from `start`. A NaN counts as worse than any number.
-    pub fn minimize(&self, start: &[f64], mut objective: impl FnMut(&[f64]) -> f64) -> Outcome {
-        let clip = |value: f64, i: usize| {
-            let low = self.lower.get(i).copied().unwrap_or(f64::NEG_INFINITY);
-            let high = self.upper.get(i).copied().unwrap_or(f64::INFINITY);
-            value.min(high).max(low)
-        };
-        let mut point: Vec<f64> = start.iter().enumerate().map(|(i, &value)| clip(value, i)).collect();
-        let mut best = objective(&point);
+    pub fn minimize<V: Into<Value>>(&self, start: &[f64], objective: impl FnMut(&[f64]) -> V) -> Outcome {
+        self.minimize_until(start, objective, |_| ControlFlow::Continue(()))
+    }
+
+    /// As [`PatternSearch::minimize`]; `watch` sees every iteration and may end the search.
+    pub fn minimize_until<V: Into<Value>>(
+        &self,
+        start: &[f64],
+        mut objective: impl FnMut(&[f64]) -> V,
+        mut watch: impl FnMut(&Step) -> ControlFlow<()>,
+    ) -> Outcome {
+        let bounds = Bounds { lower: &self.lower, upper: &self.upper };
+        let mut point = bounds.clipped(start);
+        let mut best: Value = objective(&point).into();
         let mut evaluations = 1;
         let mut mesh = self.initial_mesh;
-        let mut history = vec![Step { iteration: 0, point: point.clone(), objective: best, mesh, evaluations }];
-        while mesh >= self.mesh_tolerance && history.len() <= self.max_iterations {
+        let mut log = Log::new(&mut watch);
+        log.push(&point, best, mesh, evaluations);
+        while mesh >= self.mesh_tolerance && log.len() <= self.max_iterations && !log.is_stopped() {
             let mut moved = false;
             'poll: for i in 0..point.len() {
                 for direction in [1.0, -1.0] {
-                    let (old, new) = (point[i], clip(point[i] + direction * mesh, i));
+                    let (old, new) = (point[i], bounds.clip(point[i] + direction * mesh, i));
                     if new == old {
                         continue;
                     }
                     point[i] = new;
-                    let value = objective(&point);
+                    let value: Value = objective(&point).into();
                     evaluations += 1;
-                    if value < best || (best.is_nan() && !value.is_nan()) {
+                    if value.is_better_than(&best) {
                         best = value;
                         moved = true;
                         break 'poll;
@@ -84,9 +69,8 @@ impl PatternSearch {
                 }
             }
             mesh *= if moved { 2.0 } else { 0.5 };
-            let iteration = history.len();
-            history.push(Step { iteration, point: point.clone(), objective: best, mesh, evaluations });
+            log.push(&point, best, mesh, evaluations);
         }
-        Outcome { point, objective: best, converged: mesh < self.mesh_tolerance, history }
+        log.finish(mesh < self.mesh_tolerance)
     }
 }

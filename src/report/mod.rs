@@ -13,6 +13,7 @@
 //! | [`PlotKind::Search`] | pattern search for `n_c`: objective, best point, mesh size and evaluations over iterations |
 //!
 //! [`write_loops`] draws the servo loops themselves: Bode, Nyquist, step response.
+//! [`write_convergence`] plots how a tuning converged.
 //!
 //! The same runs give the same bytes. Text is laid out with the bundled font (`DejaVu` Sans); an SVG names it first and falls back
 //! to what the viewer has.
@@ -33,6 +34,8 @@ mod sweep;
 
 use std::io;
 use std::path::PathBuf;
+
+use crate::optimize::Step;
 
 pub use data::{MAX_BUCKETS, PlotSample, RunData, RunFacts};
 pub use files::{write_all, write_file};
@@ -141,6 +144,42 @@ pub fn draw(runs: &[RunData], kind: PlotKind, format: Format) -> Result<Vec<u8>,
         return Err(ReportError::Nothing { kind });
     }
     drawn(&plots::sheet(runs, kind), kind.name(), format)
+}
+
+/// How a tuning converged, for [`write_convergence`].
+#[derive(Debug, Clone, PartialEq)]
+pub struct Convergence<'a> {
+    /// Name of the scenario.
+    pub name: &'a str,
+    /// What was searched for and found, in one line.
+    pub subtitle: &'a str,
+    /// Unit of the objective.
+    pub unit: &'a str,
+    /// Each search: the number of its start (0 for the scenario's own gains; none for the polish of the best) and its
+    /// iterations.
+    pub searches: Vec<(Option<usize>, &'a [Step])>,
+}
+
+/// Draws how a tuning converged: the best objective of every start over evaluations, on a log scale, and by how much the
+/// starts that begin outside of the constraints violate them. The bytes of an SVG document (UTF-8) or of a PNG file.
+///
+/// # Errors
+/// A failure of the drawing backend.
+pub fn draw_convergence(convergence: &Convergence<'_>, format: Format) -> Result<Vec<u8>, ReportError> {
+    drawn(&plots::convergence_sheet(convergence), "tune", format)
+}
+
+/// Writes the plot of [`draw_convergence`] as `STEM-tune.svg` (or `.png`) into `folder`, as [`write_all`] does.
+///
+/// # Errors
+/// As those of [`write_all`].
+pub fn write_convergence(
+    convergence: &Convergence<'_>,
+    folder: &std::path::Path,
+    stem: &str,
+    format: Format,
+) -> Result<Vec<PathBuf>, ReportError> {
+    files::write_sheets([("tune", plots::convergence_sheet(convergence))], folder, stem, format)
 }
 
 /// The bytes of a sheet; `plot` is what messages and file names call it.

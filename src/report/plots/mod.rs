@@ -5,6 +5,7 @@ mod path;
 mod search;
 pub(super) mod sweep;
 mod time;
+mod tune;
 
 use super::axis::{Range, figure};
 use super::curve::Dash;
@@ -18,6 +19,8 @@ const LIMIT_IN_VIEW: f64 = 3.0;
 
 /// Pen of limit lines.
 const LIMIT: Pen = Pen { colour: (70, 70, 70), width_px: 1.3, dash: Some(Dash::new(7.0, 4.0)) };
+
+pub(super) use tune::sheet as convergence_sheet;
 
 /// The sheet of one plot.
 pub(super) fn sheet(runs: &[RunData], kind: PlotKind) -> Sheet {

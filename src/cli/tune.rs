@@ -1,0 +1,257 @@
+//! `servosim tune`: searches gains that make the contouring error small and keep stability margin.
+
+use std::path::PathBuf;
+use std::sync::atomic::Ordering;
+
+use clap::{Args, ValueEnum};
+use servosim::report::{self, Convergence};
+use servosim::scenario::{Document, Scenario};
+use servosim::tuning::{
+    Constraints, Findings, Gain, Method, Objective, Problem, Tuned, Tuning, TuningError, Uncertainty, Variable,
+    findings,
+};
+
+use super::output::{figure, json, make_folder, note, print};
+use super::progress::SearchProgress;
+use super::run::{Format, Plots, stop_flag};
+use super::{CliError, Outcome, is_watched, plot, tune_file, tune_table};
+
+/// Arguments of `servosim tune`.
+#[derive(Debug, Args)]
+#[command(after_help = "\
+Examples:
+  servosim tune alpha.toml && servosim run output/alpha-tuned.toml
+  servosim tune heart --max-ms 1.4 --min-delay-margin-ms 1
+  servosim tune alpha --gains kpp,kpf                       these gains of both axes
+  servosim tune alpha --vary axes.x.pdff.kpp=60:140 --vary x.kpf
+  servosim tune alpha --objective rms --uncertainty 30% --method cma-es --seed 7
+
+What is minimised is the objective of the nominal plants plus --worst-weight times that of the worst plant at the corners of
+the uncertainty (corners whose plants would need more than the drive's voltage are left out). Only gains are allowed with
+which Ms and delay margin keep their limits, every plant of the uncertainty is stable, and no axis saturates or locks up.
+
+Bounds are by default a third to three times the scenario's own gain (kpp, kpv, kiv), half to twice (kpf, kvf), and for a
+gain of 0 from 0 to that of a stiff loop.
+
+Exit codes: 0 tuned, 1 interrupted (the best so far is written), 2 wrong usage, 3 no gains keep the constraints.")]
+pub(crate) struct TuneArgs {
+    /// Scenario file, or name of a built-in scenario
+    scenario: String,
+    /// Replace one value of the scenario first, such as axes.x.pdff.kvf=1 (may be given again)
+    #[arg(long = "set", value_name = "KEY=VALUE")]
+    set: Vec<String>,
+    /// Gains that may be changed, on both axes [default: all, kpp,kpv,kiv,kpf,kvf, if there is no --vary]
+    #[arg(long, value_name = "GAINS", value_delimiter = ',')]
+    gains: Vec<String>,
+    /// One gain that may be changed, with its bounds or without (may be given again)
+    #[arg(long, value_name = "KEY[=LOW:HIGH]")]
+    vary: Vec<String>,
+    /// What is to be small: the largest contouring error, its rms, or the largest one weighted with the peak voltage
+    #[arg(long, value_enum, default_value = "max")]
+    objective: ObjectiveName,
+    /// What one volt counts for in the weighted objective [µm/V]
+    #[arg(long, value_name = "WEIGHT", default_value_t = 0.1)]
+    voltage_weight: f64,
+    /// Largest peak sensitivity of an axis
+    #[arg(long, value_name = "MS", default_value_t = 1.6)]
+    max_ms: f64,
+    /// Smallest delay margin of an axis [ms]
+    #[arg(long, value_name = "MS")]
+    min_delay_margin_ms: Option<f64>,
+    /// How far the plants may be from their values: gain and time constant, or GAIN,TIME-CONSTANT
+    #[arg(long, value_name = "SHARE", default_value = "20%")]
+    uncertainty: String,
+    /// How much the worst plant of the uncertainty counts beside the nominal ones; 0: not at all
+    #[arg(long, value_name = "WEIGHT", default_value_t = 0.2)]
+    worst_weight: f64,
+    /// How every start searches
+    #[arg(long, value_enum, default_value = "cma-es")]
+    method: MethodName,
+    /// How many points the search starts from: the scenario's own gains, the others drawn between the bounds
+    #[arg(long, value_name = "N", default_value_t = Tuning::default().starts)]
+    starts: usize,
+    /// Seed of all that is drawn: the same seed gives the same answer
+    #[arg(long, value_name = "SEED", default_value_t = 1)]
+    seed: u64,
+    /// How many gain sets are evaluated [default: what takes a few seconds]
+    #[arg(long, value_name = "EVALUATIONS")]
+    budget: Option<usize>,
+    /// Folder for the tuned scenario and the plot; made if it is missing
+    #[arg(long, value_name = "DIR", default_value = "output")]
+    output: PathBuf,
+    /// Format of the plot
+    #[arg(long, value_enum, default_value = "svg")]
+    plots: Plots,
+    /// What to print: tables, or one JSON object and nothing else
+    #[arg(long, value_enum, default_value = "table")]
+    format: Format,
+    /// Print no tables, no progress and no notes: only errors, and the JSON if asked for
+    #[arg(long, short)]
+    quiet: bool,
+}
+
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+enum ObjectiveName {
+    Max,
+    Rms,
+    Weighted,
+}
+
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+enum MethodName {
+    NelderMead,
+    CmaEs,
+    PatternSearch,
+}
+
+impl From<MethodName> for Method {
+    fn from(name: MethodName) -> Self {
+        match name {
+            MethodName::NelderMead => Self::NelderMead,
+            MethodName::CmaEs => Self::CmaEs,
+            MethodName::PatternSearch => Self::PatternSearch,
+        }
+    }
+}
+
+/// Tunes the scenario.
+pub(crate) fn run(args: &TuneArgs) -> Result<Outcome, CliError> {
+    let mut document = Document::find(&args.scenario)?;
+    for key_value in &args.set {
+        document.set(key_value)?;
+    }
+    let scenario = document.scenario()?;
+    let problem = problem(args, &scenario)?;
+    let defaults = Tuning::default_for(&problem);
+    let tuning = Tuning {
+        method: args.method.into(),
+        starts: args.starts,
+        seed: args.seed,
+        budget: args.budget.unwrap_or(defaults.budget),
+    };
+    let file = tune_file::Place::new(&args.output, &scenario.name)?;
+    let stop = stop_flag();
+
+    let progress = SearchProgress::new(!args.quiet && is_watched(), "µm");
+    let tuned = tuning.run(&problem, &stop, &|state| progress.show(state.evaluations, state.budget, state.best))?;
+    progress.finish();
+    let findings = findings(&problem, &tuning, &tuned);
+    let show = || match args.format {
+        Format::Json => print(&json(&findings)?),
+        Format::Table if !args.quiet && findings.feasible => print(&tune_table::tables(&findings)),
+        Format::Table => Ok(()),
+    };
+    if !findings.feasible {
+        show()?;
+        return Err(nothing_allowed(&findings));
+    }
+    make_folder(&args.output)?;
+    let mut written = vec![file.write(&document, &findings)?];
+    let plots = plot_convergence(args, &scenario, &findings, &tuned);
+    // Figures and tuned scenario are there whatever becomes of the plot.
+    show()?;
+    let plots = plots.map(|files| written.extend(files));
+    if !args.quiet {
+        note(&plot::wrote(&written));
+    }
+    plots?;
+    if tuned.interrupted || stop.load(Ordering::Relaxed) {
+        let scenario = written.swap_remove(0);
+        return Err(CliError::TuningInterrupted { evaluations: tuned.evaluations, scenario });
+    }
+    Ok(Outcome::Fine)
+}
+
+/// What the arguments ask for.
+fn problem<'a>(args: &TuneArgs, scenario: &'a Scenario) -> Result<Problem<'a>, CliError> {
+    let mut variables: Vec<Variable> =
+        args.vary.iter().map(|text| Variable::parse(text, scenario)).collect::<Result<_, _>>()?;
+    let own_bounds = variables.len();
+    let mut gains = args.gains.iter().map(|name| Gain::parse(name.trim())).collect::<Result<Vec<_>, _>>()?;
+    if gains.is_empty() && variables.is_empty() {
+        gains.extend(Gain::ALL);
+    }
+    for axis in 0..2 {
+        for &gain in &gains {
+            // `--gains kpp --vary x.kpp=60:140`: the bounds of one of them are given.
+            if !variables[..own_bounds].iter().any(|v| v.axis == axis && v.gain == gain) {
+                variables.push(Variable::new(scenario, axis, gain));
+            }
+        }
+    }
+    let objective = match args.objective {
+        ObjectiveName::Max => Objective::MaxContourError,
+        ObjectiveName::Rms => Objective::RmsContourError,
+        ObjectiveName::Weighted => Objective::Weighted { voltage_um_v: args.voltage_weight },
+    };
+    let constraints = Constraints {
+        max_ms: args.max_ms,
+        min_delay_margin_s: args.min_delay_margin_ms.map(|margin| margin / 1e3),
+        uncertainty: uncertainty(&args.uncertainty)?,
+    };
+    Ok(Problem::new(scenario, variables, objective, constraints, args.worst_weight)?)
+}
+
+/// `20%`, `0.2` or `±20%`, once for both or once for the gain and once for the time constant.
+fn uncertainty(text: &str) -> Result<Uncertainty, CliError> {
+    let share = |text: &str| {
+        let text = text.trim().trim_start_matches('±');
+        let (number, scale) = text.strip_suffix('%').map_or((text, 1.0), |number| (number.trim(), 100.0));
+        number.parse::<f64>().map(|value| value / scale).map_err(|_| {
+            CliError::Usage(format!(
+                "--uncertainty {text}: not a share\nhelp: write 20% (gain and time constant), or 20%,10% (gain, then time constant)"
+            ))
+        })
+    };
+    match text.split_once(',') {
+        Some((gain, time_constant)) => Ok(Uncertainty { gain: share(gain)?, time_constant: share(time_constant)? }),
+        None => share(text).map(|both| Uncertainty { gain: both, time_constant: both }),
+    }
+}
+
+/// No gains keep the constraints: which ones are broken, and by how much at the closest.
+fn nothing_allowed(findings: &Findings) -> CliError {
+    let gains: Vec<String> =
+        findings.gains.iter().map(|gain| format!("{} = {}", gain.name, figure(gain.after, 5))).collect();
+    let begun = if findings.search.interrupted { "interrupted before any" } else { "no" };
+    CliError::NothingAllowed(format!(
+        "{begun} gains were found that keep every constraint; nothing was written. The closest ones ({}):\n  {}\nhelp: \
+         loosen the limit (--max-ms, --min-delay-margin-ms, --uncertainty), widen the bounds (--vary), or search longer \
+         (--budget, --starts)",
+        gains.join(", "),
+        findings.broken.join("\n  ")
+    ))
+}
+
+fn plot_convergence(
+    args: &TuneArgs,
+    scenario: &Scenario,
+    findings: &Findings,
+    tuned: &Tuned,
+) -> Result<Vec<PathBuf>, CliError> {
+    let Some(format) = args.plots.format() else { return Ok(Vec::new()) };
+    let subtitle = tune_table::headline(findings);
+    let searches = tuned.traces.iter().map(|trace| (trace.start, trace.steps.as_slice())).collect();
+    let convergence = Convergence { name: &scenario.name, subtitle: &subtitle, unit: "µm", searches };
+    Ok(report::write_convergence(&convergence, &args.output, &scenario.name, format)?)
+}
+
+impl From<TuningError> for CliError {
+    fn from(error: TuningError) -> Self {
+        match error {
+            TuningError::Simulation(error) => Self::Simulation(error),
+            error => {
+                let help = match &error {
+                    TuningError::UnknownVariable { .. } => {
+                        "\nhelp: the gains are kpp, kpv, kiv, kpf and kvf; one axis' gain is axes.x.pdff.kpp, or x.kpp"
+                    }
+                    TuningError::Bounds { .. } => "\nhelp: write KEY=LOW:HIGH, such as axes.x.pdff.kpp=60:140",
+                    TuningError::NoStart => "\nhelp: --starts 1 searches from the scenario's own gains alone",
+                    TuningError::Budget { .. } => "\nhelp: raise --budget, or lower --starts",
+                    _ => "",
+                };
+                Self::Usage(format!("{error}{help}"))
+            }
+        }
+    }
+}

@@ -1,0 +1,168 @@
+//! How a tuning converged: the best so far of every start, over evaluations.
+
+use super::super::Convergence;
+use super::super::axis::{Axis, Range, figure};
+use super::super::curve::Frame;
+use super::super::font;
+use super::super::panel::{Entry, Heading, Panel, TITLE_EM, gutter, x_axis};
+use super::super::sheet::{CURVE_PX, Colour, INK, Pen, RUN_COLOURS, Sheet};
+use super::printable;
+use crate::optimize::Step;
+
+const GAP: f64 = 20.0;
+
+/// Share of the height that the violations take, where there are any.
+const VIOLATIONS: f64 = 0.28;
+
+/// Stroke of the starts \[px\].
+const THIN_PX: f64 = 1.1;
+
+/// One search, its first evaluation at `offset` of the axis.
+struct Drawn<'a> {
+    steps: &'a [Step],
+    offset: f64,
+    pen: Pen,
+}
+
+impl Drawn<'_> {
+    fn place(&self, step: &Step) -> f64 {
+        self.offset + step.evaluations as f64
+    }
+
+    /// Where the best so far is an allowed point: evaluations and objective.
+    fn objectives(&self) -> Vec<(f64, f64)> {
+        let allowed = |step: &&Step| step.value().is_feasible() && is_drawable(step.objective);
+        self.steps.iter().filter(allowed).map(|step| (self.place(step), step.objective)).collect()
+    }
+
+    /// Where it is not: evaluations and violation.
+    fn violations(&self) -> Vec<(f64, f64)> {
+        let broken = |step: &&Step| is_drawable(step.violation);
+        self.steps.iter().filter(broken).map(|step| (self.place(step), step.violation)).collect()
+    }
+
+    /// Where it found its first allowed point, if it began with another.
+    fn entry(&self) -> Option<(f64, f64)> {
+        let began_outside = self.steps.first().is_some_and(|step| !step.value().is_feasible());
+        if began_outside { self.objectives().first().copied() } else { None }
+    }
+}
+
+/// Positive and neither infinite nor beyond all reason.
+fn is_drawable(value: f64) -> bool {
+    value > 0.0 && value <= 1e100
+}
+
+pub(in super::super) fn sheet(convergence: &Convergence<'_>) -> Sheet {
+    let mut sheet = Sheet::default();
+    let searches = drawn(convergence);
+    let is_any_outside = searches.iter().any(|search| !search.violations().is_empty());
+    let space = heading(convergence, &searches, is_any_outside).draw(&mut sheet);
+
+    let places = searches.iter().flat_map(|search| search.steps.iter().map(|step| search.place(step)));
+    let mut evaluations = Range::of(places);
+    evaluations.include(0.0);
+    evaluations.high = evaluations.high.max(evaluations.low + 1.0);
+    let share = if is_any_outside { VIOLATIONS } else { 0.0 };
+    let lower_px = share * space.height();
+    let upper_px = space.height() - lower_px - if is_any_outside { GAP } else { 0.0 };
+    let decades = |values: Vec<f64>, most| Axis::logarithmic(Range::of(values), most);
+    let y = decades(searches.iter().flat_map(Drawn::objectives).map(|(_, objective)| objective).collect(), 8);
+    let below = decades(searches.iter().flat_map(Drawn::violations).map(|(_, violation)| violation).collect(), 4);
+    let gutter = if is_any_outside { gutter(&[&y, &below]) } else { gutter(&[&y]) };
+    let frame = Frame { left: space.left + gutter, right: space.right - 8.0, ..space };
+    let x = x_axis(evaluations.padded(0.0, 0.01), frame.width(), true);
+
+    let mut panel = Panel::new(Frame { bottom: space.top + upper_px, ..frame }, x.clone(), y);
+    panel.grid(&mut sheet);
+    for search in &searches {
+        panel.curve(&mut sheet, stairs(&search.objectives()), search.pen);
+    }
+    for search in &searches {
+        if let Some((x, y)) = search.entry() {
+            sheet.ring(panel.at(x, y), 4.0, 1.5, search.pen.colour);
+        }
+    }
+    if let Some((at, objective)) = searches.last().and_then(|search| search.objectives().last().copied()) {
+        let end = panel.at(at, objective);
+        sheet.dot(end, 3.0, INK);
+        panel.point_label(&mut sheet, end, &format!("{} {}", figure(objective, 4), convergence.unit), INK);
+    }
+    panel.border(&mut sheet, !is_any_outside, true);
+    panel.y_title(&mut sheet, gutter, "best objective so far", convergence.unit);
+    if is_any_outside {
+        let mut panel = Panel::new(Frame { top: space.bottom - lower_px, ..frame }, x, below);
+        panel.grid(&mut sheet);
+        for search in &searches {
+            panel.curve(&mut sheet, stairs(&search.violations()), search.pen);
+        }
+        panel.border(&mut sheet, true, true);
+        panel.y_title(&mut sheet, gutter, "violation", "");
+        panel.x_title(&mut sheet, "evaluations of a start", "");
+    } else {
+        panel.x_title(&mut sheet, "evaluations of a start", "");
+    }
+    sheet
+}
+
+/// The starts side by side from 0, the polish of the best behind the longest of them.
+fn drawn<'a>(convergence: &Convergence<'a>) -> Vec<Drawn<'a>> {
+    let length = |steps: &[Step]| steps.last().map_or(0, |step| step.evaluations) as f64;
+    let starts = convergence.searches.iter().filter(|(start, _)| start.is_some());
+    let longest = starts.map(|(_, steps)| length(steps)).fold(0.0, f64::max);
+    let pale = |(r, g, b): Colour| {
+        // Starts stand back behind the polish.
+        let lighter = |c: u8| c + (255 - c) / 4;
+        (lighter(r), lighter(g), lighter(b))
+    };
+    let one = |(start, steps): &(Option<usize>, &'a [Step])| match start {
+        Some(start) => {
+            let pen = Pen::solid(pale(own_or_other(*start)), THIN_PX);
+            Drawn { steps, offset: 0.0, pen }
+        }
+        None => Drawn { steps, offset: longest, pen: Pen::solid(INK, CURVE_PX) },
+    };
+    convergence.searches.iter().map(one).collect()
+}
+
+/// The first colour is that of the scenario's own gains alone.
+fn own_or_other(start: usize) -> Colour {
+    let others = RUN_COLOURS.len() - 1;
+    if start == 0 { RUN_COLOURS[0] } else { RUN_COLOURS[1 + (start - 1) % others] }
+}
+
+/// The best so far stays until there is a better one.
+fn stairs(points: &[(f64, f64)]) -> Vec<(f64, f64)> {
+    let mut stairs: Vec<(f64, f64)> = Vec::with_capacity(2 * points.len());
+    for &(x, y) in points {
+        if let Some(&(_, before)) = stairs.last()
+            && before != y
+        {
+            stairs.push((x, before));
+        }
+        stairs.push((x, y));
+    }
+    stairs
+}
+
+fn heading(convergence: &Convergence<'_>, searches: &[Drawn<'_>], is_any_outside: bool) -> Heading {
+    let name = font::shortened(&printable(convergence.name), TITLE_EM, 700.0);
+    let mut heading =
+        Heading { title: format!("{name}: tuning"), subtitle: printable(convergence.subtitle), ..Heading::default() };
+    let starts = convergence.searches.iter().filter(|(start, _)| start.is_some()).count();
+    if let Some(first) = searches.first() {
+        heading.legend.push(Entry::line(first.pen, "the scenario's own gains"));
+    }
+    if let Some(second) = searches.get(1).filter(|_| starts > 1) {
+        let others = if starts == 2 { "1 other start".to_owned() } else { format!("{} other starts", starts - 1) };
+        heading.legend.push(Entry::line(second.pen, others));
+    }
+    if searches.len() > starts {
+        heading.legend.push(Entry::line(Pen::solid(INK, CURVE_PX), "polish of the best"));
+    }
+    if is_any_outside && let Some(search) = searches.iter().find(|search| search.entry().is_some()) {
+        let symbol = super::super::panel::Symbol::Ring(search.pen.colour);
+        heading.legend.push(Entry { symbol, text: "every constraint kept from here on".to_owned() });
+    }
+    heading
+}

@@ -1,0 +1,80 @@
+//! Tuning: controller gains that make the contouring error small and keep stability margin.
+//!
+//! A [`Problem`] is a scenario, the gains that may be changed ([`Variable`]), what is to be small ([`Objective`]) and what has
+//! to be kept ([`Constraints`]). [`Tuning`] searches it from several starts on all cores. The cheap constraints come first: only gains whose
+//! loops keep their margins are simulated.
+
+mod findings;
+mod problem;
+mod runs;
+mod search;
+mod uncertainty;
+mod variable;
+
+pub use findings::{
+    AxisMargins, Check, DRAWN_PLANTS, Findings, GainFindings, SearchFacts, Side, Spread, changes, findings,
+};
+pub use problem::{Assessment, Constraint, Constraints, Objective, Problem, Violation};
+pub use runs::Figures;
+pub use search::{Method, Progress, Trace, Tuned, Tuning};
+pub use uncertainty::Uncertainty;
+pub use variable::{Gain, Variable};
+
+use crate::simulation::SimulationError;
+
+/// Why a tuning makes no sense.
+#[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
+pub enum TuningError {
+    /// No gain of this name.
+    #[error("there is no gain `{key}` to vary{}", suggestion.as_ref().map(|s| format!(": did you mean `{s}`?")).unwrap_or_default())]
+    UnknownVariable {
+        /// As it was given.
+        key: String,
+        /// What was probably meant.
+        suggestion: Option<String>,
+    },
+    /// Bounds that are none.
+    #[error("the bounds `{given}` of {key} cannot be used: {why}")]
+    Bounds {
+        /// The gain.
+        key: String,
+        /// As they were given.
+        given: String,
+        /// What is wrong with them.
+        why: &'static str,
+    },
+    /// A gain is varied twice.
+    #[error("{key} is varied twice")]
+    Twice {
+        /// The gain.
+        key: String,
+    },
+    /// There is no variable.
+    #[error("there is nothing to vary: name at least one gain")]
+    NothingToVary,
+    /// There is no start.
+    #[error("a search needs at least one start")]
+    NoStart,
+    /// Too few evaluations to begin with.
+    #[error("a budget of {budget} evaluations is too small: these starts and variables need at least {least}")]
+    Budget {
+        /// As given.
+        budget: usize,
+        /// What is needed.
+        least: usize,
+    },
+    /// A limit that nothing can keep, or that limits nothing.
+    #[error("{name} = {value} makes no sense: it must be {needed}")]
+    Limit {
+        /// What is limited.
+        name: &'static str,
+        /// As given.
+        value: f64,
+        /// What it has to be.
+        needed: &'static str,
+    },
+    /// The scenario cannot be simulated.
+    #[error(transparent)]
+    Simulation(#[from] SimulationError),
+}
