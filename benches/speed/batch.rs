@@ -14,7 +14,7 @@ pub(crate) fn bench(quick: bool) {
         .expect("a motion along alpha");
     let settings = LoopSettings { settling_s: 0.0, ..LoopSettings::default() };
     let course = Course::new(&path, &motion, settings).expect("a course");
-    let (rounds, runs) = if quick { (1, 64) } else { (15, 8192) };
+    let (rounds, runs) = if quick { (1, 64) } else { (60, 512) };
     let gains = spread(&axes, runs, 0.1);
     let steps = gains.len() as f64 * course.samples() as f64;
     let one_core = rayon::ThreadPoolBuilder::new().num_threads(1).build().expect("a thread");
@@ -26,9 +26,12 @@ pub(crate) fn bench(quick: bool) {
         setpoints.push([x, y, (x - before[0]) * 1e3, (y - before[1]) * 1e3]);
     }
     let input: Vec<u8> = setpoints.iter().flatten().flat_map(|v| v.to_ne_bytes()).collect();
-    let passes = (gains.len() / 16 / 5).max(1);
-    let programs: Vec<_> =
-        [2, 3].map(|blocks| c::compile("batch", &[&format!("-DBLOCKS={blocks}")])).into_iter().collect();
+    let block = |lanes: usize| {
+        let program = c::compile("batch", &["-mprefer-vector-width=512", &format!("-DLANES={lanes}")])
+            .or_else(|| c::compile("batch", &[&format!("-DLANES={lanes}")]))?;
+        Some((program, (gains.len() / lanes).max(1)))
+    };
+    let programs: Vec<_> = [16, 32, 64].map(block).into_iter().flatten().collect();
 
     let (mut bare, mut whole, mut theirs) = (Vec::new(), Vec::new(), Vec::new());
     for _ in 0..rounds {
@@ -36,7 +39,7 @@ pub(crate) fn bench(quick: bool) {
             bare.push(1e9 * seconds(|| std::hint::black_box(course.run_loop(&gains).expect("runs"))).0 / steps);
             whole.push(1e9 * seconds(|| std::hint::black_box(course.run(&gains).expect("runs"))).0 / steps);
         });
-        theirs.extend(programs.iter().flatten().map(|program| c::run(program, passes, &input).0));
+        theirs.extend(programs.iter().map(|(program, passes)| c::run(program, *passes, &input).0));
     }
     let (bare, whole) = (fastest(bare), fastest(whole));
     println!(

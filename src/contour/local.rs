@@ -162,17 +162,19 @@ impl Piece {
 /// What the contouring error is measured against near one setpoint.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub(crate) struct Neighbourhood {
-    /// The setpoint's own piece first.
-    pub(crate) pieces: Vec<Piece>,
-    /// The largest squared tracking error for which the first piece alone is right \[mm²\].
+    /// The setpoint's own piece; none where the path has no graphs.
+    pub(crate) own: Option<Piece>,
+    /// What it leaves out.
+    pub(crate) others: Vec<Piece>,
+    /// The largest squared tracking error for which the own piece alone is right \[mm²\].
     pub(crate) plain_square: f64,
 }
 
 /// No tracking error beyond this is looked at \[mm\].
 const FURTHEST_MM: f64 = 1.0;
 
-/// Most pieces around a setpoint.
-const MOST_PIECES: usize = 4;
+/// Most pieces around a setpoint beside its own.
+const MOST_PIECES: usize = 3;
 
 impl Neighbourhood {
     /// The pieces of `path` around arc length `s_mm`, whose point is `setpoint_mm`; none where the path has no graphs.
@@ -192,22 +194,22 @@ impl Neighbourhood {
         let length = path.length_mm();
         let first = Piece::new(path, &own, setpoint_mm, s_mm, reach);
         around.plain_square = first.anywhere_square();
-        around.pieces.push(first);
+        around.own = Some(first);
         for direction in [-1.0, 1.0] {
             let within = |s: f64| if path.is_closed() { s } else { s.clamp(0.0, length) };
             let towards = |s: f64, graph: &Graph| within(s + if direction < 0.0 { graph.from_mm } else { graph.to_mm });
             let mut edge = towards(s_mm, &own);
-            while (edge - s_mm).abs() < reach && around.pieces.len() < MOST_PIECES {
+            while (edge - s_mm).abs() < reach && around.others.len() < MOST_PIECES {
                 let s = within(edge + direction * (0.5 * (reach - (edge - s_mm).abs())).clamp(1e-3, 0.1));
                 let Some(graph) = path.graph(if path.is_closed() { s.rem_euclid(length) } else { s }, &mut cursor)
                 else {
                     break;
                 };
                 if s == edge {
-                    around.pieces.push(Piece::beyond(&graph, setpoint_mm, direction, reach));
+                    around.others.push(Piece::beyond(&graph, setpoint_mm, direction, reach));
                     break;
                 }
-                around.pieces.push(Piece::new(path, &graph, setpoint_mm, s, reach));
+                around.others.push(Piece::new(path, &graph, setpoint_mm, s, reach));
                 let next = towards(s, &graph);
                 if !((next - edge) * direction > 0.0) {
                     break;

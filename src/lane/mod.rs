@@ -31,6 +31,10 @@ pub trait Lane:
     #[must_use]
     fn mul_add(self, factor: Self, summand: Self) -> Self;
 
+    /// The larger of `self` and `other`; a NaN in `other` is passed over.
+    #[must_use]
+    fn max(self, other: Self) -> Self;
+
     /// The larger of `self` and the magnitude of `other`; a NaN in `other` is passed over.
     #[must_use]
     fn max_abs(self, other: Self) -> Self;
@@ -76,9 +80,13 @@ impl Lane for f64 {
     }
 
     #[inline(always)]
+    fn max(self, other: Self) -> Self {
+        if other > self { other } else { self }
+    }
+
+    #[inline(always)]
     fn max_abs(self, other: Self) -> Self {
-        let magnitude = other.abs();
-        if magnitude > self { magnitude } else { self }
+        Lane::max(self, other.abs())
     }
 
     #[inline(always)]

@@ -117,8 +117,13 @@ impl<S: Simd, const B: usize> Lane for Wide<S, B> {
     }
 
     #[inline(always)]
-    fn max_abs(self, other: Self) -> Self {
+    fn max(self, other: Self) -> Self {
         // The second operand where either is a NaN.
+        self.zip(other, |simd, a, b| simd.max_f64s(b, a))
+    }
+
+    #[inline(always)]
+    fn max_abs(self, other: Self) -> Self {
         self.zip(other, |simd, a, b| simd.max_f64s(simd.abs_f64s(b), a))
     }
 

@@ -143,12 +143,12 @@ impl<L: Lane> AxisLoop<L> {
             .u_omega_com
             .mul_add(velocity_command, (-self.u_omega).mul_add(self.omega, self.u_integral * self.integral));
         let voltage = wanted.clamp_abs(self.u_max);
-        // Conditional integration: the integral waits while it would drive a clamped voltage further out.
+        // Conditional integration: the integral waits while it would drive a clamped voltage further out. What the clamp takes
+        // away is zero, or has the sign of the voltage.
         let error = velocity_command - self.omega;
+        let outwards = ((wanted - voltage) * error).gt(error.all(0.0));
+        self.integral = self.integral.or_else(outwards, self.integral + error);
         let saturated = wanted.ne(voltage);
-        let none = error.all(0.0);
-        let outwards = error.and(saturated, (error * wanted).gt(none));
-        self.integral = self.integral + none.or_else(outwards, error);
         Law { lag, velocity_command, wanted, voltage, saturated }
     }
 

@@ -117,15 +117,15 @@ impl<const A: usize> Batch<'_, A> {
                 saturated = zero.or(saturated, law.saturated);
                 tally.voltage[axis] = tally.voltage[axis].max_abs(law.voltage);
             }
-            tally.saturated = tally.saturated + one.or_else(saturated, zero);
-            tally.tracking_max = tally.tracking_max.max_abs(square);
+            tally.saturated = (tally.saturated + one).or_else(saturated, tally.saturated);
+            tally.tracking_max = tally.tracking_max.max(square);
             tally.tracking_sum = tally.tracking_sum + square;
 
             if !CONTOUR {
                 continue;
             }
             let plain = zero.every(square.le(zero.all(sample.around.plain_square)));
-            let contour = match sample.around.pieces.first() {
+            let contour = match &sample.around.own {
                 Some(piece) if plain && A == 2 => piece.square(-lag[0], -lag[1]),
                 // Out of the way of the usual case, but for the same instructions.
                 _ => simd.vectorize(Around {
@@ -136,7 +136,7 @@ impl<const A: usize> Batch<'_, A> {
                     runs: self.parameters.len(),
                 }),
             };
-            tally.contour_max = tally.contour_max.max_abs(contour);
+            tally.contour_max = tally.contour_max.max(contour);
             tally.contour_sum = tally.contour_sum + contour;
         }
         self.figures(&tally);
@@ -182,12 +182,12 @@ impl<S: Simd, const A: usize> NullaryFnOnce for Around<'_, S, A> {
         let mut contour = square;
         let mut found = square.ne(square);
         if A == 2
-            && let Some(own) = sample.around.pieces.first()
+            && let Some(own) = &sample.around.own
         {
             // A lane gets the same number whatever the others need: what is good alone comes first.
             contour = own.square(-lag[0], -lag[1]);
             found = square.le(square.all(sample.around.plain_square));
-            for piece in &sample.around.pieces {
+            for piece in std::iter::once(own).chain(&sample.around.others) {
                 let local = piece.checked(-lag[0], -lag[1], square);
                 contour = contour.or_else(found, local.square);
                 found = square.or(found, local.valid);
