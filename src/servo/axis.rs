@@ -44,14 +44,14 @@ impl Default for AxisSignals {
 /// The plant is advanced by its exact zero-order-hold solution:
 /// `a = exp(-Δt/τ)`, `θ += K u Δt + (ω - K u) τ (1 - a)`, `ω = K u + (ω - K u) a`.
 ///
-/// The state is kept in the units that cost the fewest operations: the position in mm, the integral as a plain sum of the
-/// velocity error over the samples. Products that are added are fused ([`Lane::mul_add`]), on every machine alike.
+/// The state is kept in the units that cost the fewest operations: the position in mm, the integral as the voltage that it
+/// adds. Products that are added are fused ([`Lane::mul_add`]), on every machine alike.
 #[derive(Debug, Clone, Copy)]
 pub struct AxisLoop<L: Lane = f64> {
     // Velocity command: ω_com = kpp (x_com - x) + kpf ẋ_com.
     kpp: L,
     kpf: L,
-    // Voltage before the clamp: u_omega_com ω_com + u_integral Σ(ω_com - ω) - u_omega ω.
+    // Voltage before the clamp: u_omega_com ω_com - u_omega ω + u_integral Σ(ω_com - ω).
     u_omega_com: L,
     u_integral: L,
     u_omega: L,
@@ -139,15 +139,13 @@ impl<L: Lane> AxisLoop<L> {
     pub(crate) fn law(&mut self, command: L, velocity: L) -> Law<L> {
         let lag = command - self.x;
         let velocity_command = self.kpp.mul_add(lag, self.kpf * velocity);
-        let wanted = self
-            .u_omega_com
-            .mul_add(velocity_command, (-self.u_omega).mul_add(self.omega, self.u_integral * self.integral));
+        let wanted = self.u_omega_com.mul_add(velocity_command, (-self.u_omega).mul_add(self.omega, self.integral));
         let voltage = wanted.clamp_abs(self.u_max);
         // Conditional integration: the integral waits while it would drive a clamped voltage further out. What the clamp takes
         // away is zero, or has the sign of the voltage.
         let error = velocity_command - self.omega;
         let outwards = ((wanted - voltage) * error).gt(error.all(0.0));
-        self.integral = self.integral.or_else(outwards, self.integral + error);
+        self.integral = self.integral.or_else(outwards, self.u_integral.mul_add(error, self.integral));
         let saturated = wanted.ne(voltage);
         Law { lag, velocity_command, wanted, voltage, saturated }
     }

@@ -6,7 +6,7 @@ use nalgebra::SVector;
 use pulp::{Arch, NullaryFnOnce, Simd, WithSimd};
 
 use super::course::{Course, RunFigures, Sample};
-use crate::lane::{Lane, Wide};
+use crate::lane::{Kernel, Lane, Wide, vectorized};
 use crate::path::nearest_in_window;
 use crate::servo::{AxisLoop, AxisParameters, LockupWatch};
 
@@ -15,10 +15,6 @@ const REGISTERS: usize = 2;
 
 /// More lanes than there are on any machine.
 const MOST_LANES: usize = 64;
-
-/// Fewest saturated samples from which a lock-up is looked for (it takes a quarter of a second of saturation without a pause of
-/// 0.05 s).
-const WORTH_A_LOOK: f64 = 2.0;
 
 /// How many runs go side by side on this machine.
 pub(super) fn lanes() -> usize {
@@ -73,7 +69,6 @@ struct Tally<L: Lane, const A: usize> {
     tracking_max: L,
     tracking_sum: L,
     voltage: [L; A],
-    saturated: L,
 }
 
 impl<const A: usize> Batch<'_, A> {
@@ -81,7 +76,6 @@ impl<const A: usize> Batch<'_, A> {
     fn run_on<S: Simd, const DELAY: bool, const CONTOUR: bool>(self, simd: S) {
         let Course { settings, start_mm, samples, .. } = self.course;
         let zero = Wide::<S, REGISTERS>::splat(simd, 0.0);
-        let one = zero.all(1.0);
         // Lanes that are left over repeat the last run.
         let last = self.parameters.len().saturating_sub(1);
         let all = |axis: usize| {
@@ -90,19 +84,12 @@ impl<const A: usize> Batch<'_, A> {
         let mut axes: [_; A] = std::array::from_fn(|axis| {
             AxisLoop::<Wide<S, REGISTERS>>::batch(simd, all(axis), settings, start_mm[axis])
         });
-        let mut tally = Tally {
-            contour_max: zero,
-            contour_sum: zero,
-            tracking_max: zero,
-            tracking_sum: zero,
-            voltage: [zero; A],
-            saturated: zero,
-        };
+        let mut tally =
+            Tally { contour_max: zero, contour_sum: zero, tracking_max: zero, tracking_sum: zero, voltage: [zero; A] };
         let mut before = [zero; A];
         for sample in samples {
             let mut lag = [zero; A];
             let mut square = zero;
-            let mut saturated = zero.ne(zero);
             for axis in 0..A {
                 let command = zero.all(sample.command[axis]);
                 let law = axes[axis].law(command, zero.all(sample.velocity[axis]));
@@ -114,10 +101,8 @@ impl<const A: usize> Batch<'_, A> {
                 }
                 lag[axis] = law.lag;
                 square = law.lag.mul_add(law.lag, square);
-                saturated = zero.or(saturated, law.saturated);
                 tally.voltage[axis] = tally.voltage[axis].max_abs(law.voltage);
             }
-            tally.saturated = (tally.saturated + one).or_else(saturated, tally.saturated);
             tally.tracking_max = tally.tracking_max.max(square);
             tally.tracking_sum = tally.tracking_sum + square;
 
@@ -127,14 +112,7 @@ impl<const A: usize> Batch<'_, A> {
             let plain = zero.every(square.le(zero.all(sample.around.plain_square)));
             let contour = match &sample.around.own {
                 Some(piece) if plain && A == 2 => piece.square(-lag[0], -lag[1]),
-                // Out of the way of the usual case, but for the same instructions.
-                _ => simd.vectorize(Around {
-                    course: self.course,
-                    sample,
-                    lag: &lag,
-                    square,
-                    runs: self.parameters.len(),
-                }),
+                _ => Around { course: self.course, sample, lag, square, runs: self.parameters.len() }.aside(simd),
             };
             tally.contour_max = tally.contour_max.max(contour);
             tally.contour_sum = tally.contour_sum + contour;
@@ -148,16 +126,24 @@ impl<const A: usize> Batch<'_, A> {
         let um = |square: f64| 1e3 * square.sqrt();
         for (lane, figures) in self.figures.iter_mut().enumerate() {
             let of = |wide: &Wide<S, REGISTERS>| wide.lanes().get(lane).copied().unwrap_or(f64::NAN);
-            let saturated = of(&tally.saturated);
+            let peak_voltage_v: [f64; A] = std::array::from_fn(|axis| of(&tally.voltage[axis]));
+            let saturation = match self.parameters.get(lane) {
+                // The clamp may have acted: the run once more, watched.
+                Some(axes)
+                    if axes.iter().zip(peak_voltage_v).any(|(axis, peak)| peak >= axis.drive.voltage_limit_v) =>
+                {
+                    vectorized(Watched { course: self.course, parameters: axes })
+                }
+                _ => Saturation::default(),
+            };
             *figures = RunFigures {
                 max_contour_error_um: if self.contour { um(of(&tally.contour_max)) } else { f64::NAN },
                 rms_contour_error_um: if self.contour { um(of(&tally.contour_sum) / count) } else { f64::NAN },
                 max_tracking_error_um: um(of(&tally.tracking_max)),
                 rms_tracking_error_um: um(of(&tally.tracking_sum) / count),
-                peak_voltage_v: std::array::from_fn(|axis| of(&tally.voltage[axis])),
-                saturated_share: saturated / count,
-                locked_up: saturated >= WORTH_A_LOOK
-                    && self.parameters.get(lane).is_some_and(|axes| self.course.locks_up(axes)),
+                peak_voltage_v,
+                saturated_share: saturation.samples as f64 / count,
+                locked_up: saturation.locked_up,
             };
         }
     }
@@ -168,9 +154,18 @@ impl<const A: usize> Batch<'_, A> {
 struct Around<'b, S: Simd, const A: usize> {
     course: &'b Course<'b, A>,
     sample: &'b Sample<A>,
-    lag: &'b [Wide<S, REGISTERS>; A],
+    lag: [Wide<S, REGISTERS>; A],
     square: Wide<S, REGISTERS>,
     runs: usize,
+}
+
+impl<S: Simd, const A: usize> Around<'_, S, A> {
+    /// Out of the way of the usual case, but for the same instructions.
+    #[cold]
+    #[inline(never)]
+    fn aside(self, simd: S) -> Wide<S, REGISTERS> {
+        simd.vectorize(self)
+    }
 }
 
 impl<S: Simd, const A: usize> NullaryFnOnce for Around<'_, S, A> {
@@ -222,21 +217,42 @@ impl<const A: usize> Course<'_, A> {
             nearest_in_window(self.path, &actual_mm, sample.s_mm, reach, &mut sample.cursor.clone()).distance_mm;
         distance_mm * distance_mm
     }
+}
 
-    /// Whether an axis locks up: the run once more, watched.
-    fn locks_up(&self, parameters: &[AxisParameters; A]) -> bool {
+/// A run on its own, watched.
+struct Watched<'b, const A: usize> {
+    course: &'b Course<'b, A>,
+    parameters: &'b [AxisParameters; A],
+}
+
+impl<const A: usize> Kernel for Watched<'_, A> {
+    type Output = Saturation;
+
+    #[inline(always)]
+    fn run(self) -> Saturation {
+        let Course { settings, start_mm, samples, .. } = self.course;
         let mut axes: [_; A] =
-            std::array::from_fn(|axis| AxisLoop::new(&parameters[axis], &self.settings, self.start_mm[axis]));
-        let mut watches: [_; A] = std::array::from_fn(|_| LockupWatch::new(self.settings.period_s));
-        for (k, sample) in (0_u64..).zip(&self.samples) {
+            std::array::from_fn(|axis| AxisLoop::new(&self.parameters[axis], settings, start_mm[axis]));
+        let mut watches: [_; A] = std::array::from_fn(|_| LockupWatch::new(settings.period_s));
+        let mut found = Saturation::default();
+        for (k, sample) in samples.iter().enumerate() {
+            let mut saturated = false;
             for axis in 0..A {
                 let law = axes[axis].law(sample.command[axis], sample.velocity[axis]);
                 axes[axis].advance(law.voltage);
-                if watches[axis].watch(k, law.voltage, law.saturated, law.lag).is_some() {
-                    return true;
-                }
+                found.locked_up |= watches[axis].watch(k as u64, law.voltage, law.saturated, law.lag).is_some();
+                saturated |= law.saturated;
             }
+            found.samples += u64::from(saturated);
         }
-        false
+        found
     }
+}
+
+/// How a run saturates.
+#[derive(Debug, Clone, Copy, Default)]
+struct Saturation {
+    /// Samples in which an axis is saturated.
+    samples: u64,
+    locked_up: bool,
 }
