@@ -256,3 +256,61 @@ struct Saturation {
     samples: u64,
     locked_up: bool,
 }
+
+#[cfg(test)]
+mod tests {
+    use nalgebra::Vector2;
+
+    use super::*;
+    use crate::feedrate::{Motion, Profile};
+    use crate::path::{Path, PhSpline};
+    use crate::servo::{Drive, LoopSettings, Pdff, Plant};
+
+    /// Runs the batch with one kind of instructions, as many runs at a time as it has lanes.
+    fn run_with<S: Simd>(simd: S, course: &Course<'_, 2>, parameters: &[[AxisParameters; 2]]) -> Vec<RunFigures<2>> {
+        let lanes = Wide::<S, REGISTERS>::LANES;
+        let mut figures = vec![RunFigures::none(); parameters.len()];
+        for (parameters, figures) in parameters.chunks(lanes).zip(figures.chunks_mut(lanes)) {
+            simd.vectorize(Batch { course, parameters, contour: true, figures });
+        }
+        figures
+    }
+
+    #[test]
+    fn every_kind_of_instructions_gives_the_same_bits() {
+        let control =
+            [[0., 0.], [12., 18.], [24., 27.], [36., 9.], [24., -9.], [12., 0.], [0., 18.]].map(Vector2::from);
+        let path = PhSpline::from_control_points(&control, false).unwrap();
+        let motion = Motion::plan(path.length_mm(), 100.0, Profile::Quintic { phase_s: 0.1 }).unwrap();
+        let course = Course::new(&path, &motion, LoopSettings::default()).unwrap();
+        // Some lag far enough for the pieces around, some saturate, one locks up.
+        let parameters: Vec<_> = (0..37)
+            .map(|i| {
+                let share = f64::from(i) / 36.0;
+                [(83.0089, 0.19936, 1.19), (50.4977, 0.15641, 1.53)].map(|(gain, tau, kpv)| AxisParameters {
+                    plant: Plant { gain_rad_s_v: gain * (0.15 + share), time_constant_s: tau },
+                    drive: Drive { voltage_limit_v: 5.0 + share, ..Drive::default() },
+                    pdff: Pdff {
+                        kpp_rad_s_mm: 97.38,
+                        kpv_nm_s_rad: kpv,
+                        kiv_1_s: 253.0,
+                        kpf_rad_mm: 0.2 + 0.8 * share,
+                        kvf: 0.85,
+                    },
+                })
+            })
+            .collect();
+        let scalar = run_with(pulp::Scalar::new(), &course, &parameters);
+        assert!(scalar.iter().any(|f| f.locked_up) && scalar.iter().any(|f| f.saturated_share == 0.0));
+        assert_eq!(course.run(&parameters).unwrap(), scalar, "the instructions of this machine");
+        #[cfg(any(target_arch = "x86", target_arch = "x86_64"))]
+        {
+            if let Some(v3) = pulp::x86::V3::try_new() {
+                assert_eq!(run_with(v3, &course, &parameters), scalar, "AVX2");
+            }
+            if let Some(v4) = pulp::x86::V4::try_new() {
+                assert_eq!(run_with(v4, &course, &parameters), scalar, "AVX-512");
+            }
+        }
+    }
+}

@@ -169,7 +169,7 @@ impl<'a, const A: usize> Course<'a, A> {
 }
 
 impl<const A: usize> RunFigures<A> {
-    fn none() -> Self {
+    pub(super) fn none() -> Self {
         Self {
             max_contour_error_um: 0.0,
             rms_contour_error_um: 0.0,
