@@ -230,3 +230,93 @@ fn curvature_bound<const D: usize>(path: &dyn Path<D>, s_mm: f64, half_mm: f64) 
         path.curvature_bound_1_mm(low.clamp(0.0, length), high.clamp(0.0, length))
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use rand::{RngExt, SeedableRng};
+    use rand_xoshiro::Xoshiro256PlusPlus;
+
+    use super::*;
+    use crate::path::{Circle, Line, PhSpline, nearest_in_window};
+
+    /// What a path is measured with: random tools around random setpoints, each piece that says it is right against the exact
+    /// distance. Returns how many tools were measured, how many by the own piece alone, and how many by some piece.
+    fn measure(rng: &mut Xoshiro256PlusPlus, path: &dyn Path<2>, what: &str) -> [u32; 3] {
+        let mut counts = [0; 3];
+        for i in 0..20 {
+            // Now and then right at the ends.
+            let s = match i {
+                0 => 0.0,
+                1 => path.length_mm(),
+                2 => 0.01,
+                _ => rng.random_range(0.0..path.length_mm()),
+            };
+            let mut cursor = Cursor::default();
+            let setpoint = path.point_mm(s, &mut cursor);
+            let around = Neighbourhood::around(path, &setpoint, s, &cursor);
+            for _ in 0..20 {
+                let (size, angle) = (10.0_f64.powf(rng.random_range(-5.0..0.2)), rng.random_range(0.0..2.0 * PI));
+                let (dx, dy) = (size * angle.cos(), size * angle.sin());
+                let reach = PI * size + 1e-6;
+                let exact = nearest_in_window(path, &(setpoint + Vector2::new(dx, dy)), s, reach, &mut cursor.clone())
+                    .distance_mm;
+                let check = |square: f64, by: &str| {
+                    let error = square.sqrt() - exact;
+                    // 1 nm, and the rounding of coordinates and squares.
+                    let rounding = 1e-12 * (1.0 + path.length_mm());
+                    assert!(error.abs() < 1e-6 + rounding, "{what} s {s}, tool at {dx} {dy}, {by}: {error} {around:?}");
+                };
+                counts[0] += 1;
+                let square = dx * dx + dy * dy;
+                let mut found = false;
+                if let Some(own) = &around.own {
+                    if square <= around.plain_square {
+                        check(own.square(dx, dy), "own piece");
+                        counts[1] += 1;
+                        found = true;
+                    }
+                    for piece in std::iter::once(own).chain(&around.others) {
+                        let local = piece.checked(dx, dy, square);
+                        if local.valid {
+                            check(local.square, "a piece");
+                            found = true;
+                        }
+                    }
+                }
+                counts[2] += u32::from(found);
+            }
+        }
+        counts
+    }
+
+    #[test]
+    fn validates_every_piece_that_says_it_is_right_against_the_exact_distance() {
+        let mut rng = Xoshiro256PlusPlus::seed_from_u64(70);
+        let mut sum = [0; 3];
+        for case in 0..400 {
+            let scale = 10.0_f64.powf(rng.random_range(-1.0..2.0));
+            let path: Box<dyn Path<2>> = match case % 5 {
+                0 => Box::new(Line::new(Vector2::zeros(), Vector2::new(scale, 0.3 * scale)).unwrap()),
+                1 => Box::new(Circle::new(Vector2::new(1.0, 2.0), scale, 0.5, case % 2 == 0).unwrap()),
+                kind => {
+                    let count = rng.random_range(3..20);
+                    let points: Vec<_> = (0..count)
+                        .map(|i| {
+                            let angle = 2.0 * PI * (f64::from(i) + rng.random_range(-0.3..0.3)) / f64::from(count);
+                            Vector2::new(angle.cos(), angle.sin()) * scale * rng.random_range(0.6..1.4)
+                        })
+                        .collect();
+                    match PhSpline::from_nodal_points(&points, kind == 2, None) {
+                        Ok(path) => Box::new(path),
+                        Err(_) => continue,
+                    }
+                }
+            };
+            for (sum, count) in sum.iter_mut().zip(measure(&mut rng, &*path, &format!("case {case}"))) {
+                *sum += count;
+            }
+        }
+        let [all, own, some] = sum;
+        assert!(all > 100_000 && 2 * own > all && 10 * some > 7 * all, "{sum:?}");
+    }
+}
