@@ -254,17 +254,23 @@ mod tests {
             let mut cursor = Cursor::default();
             let setpoint = path.point_mm(s, &mut cursor);
             let around = Neighbourhood::around(path, &setpoint, s, &cursor);
-            for _ in 0..20 {
-                let (size, angle) = (10.0_f64.powf(rng.random_range(-5.0..0.2)), rng.random_range(0.0..2.0 * PI));
+            for tool in 0..20 {
+                // Every other one about as far as the own piece is good for.
+                let limit = around.plain_square.sqrt().max(1e-3) * rng.random_range(0.9..1.0);
+                let size = if tool % 2 == 0 { limit } else { 10.0_f64.powf(rng.random_range(-5.0..0.2)) };
+                let angle = rng.random_range(0.0..2.0 * PI);
                 let (dx, dy) = (size * angle.cos(), size * angle.sin());
                 let reach = PI * size + 1e-6;
                 let exact = nearest_in_window(path, &(setpoint + Vector2::new(dx, dy)), s, reach, &mut cursor.clone())
                     .distance_mm;
                 let check = |square: f64, by: &str| {
                     let error = square.sqrt() - exact;
-                    // 1 nm, and the rounding of coordinates and squares.
+                    // Half a nanometre, and the rounding of coordinates and squares.
                     let rounding = 1e-12 * (1.0 + path.length_mm());
-                    assert!(error.abs() < 1e-6 + rounding, "{what} s {s}, tool at {dx} {dy}, {by}: {error} {around:?}");
+                    assert!(
+                        error.abs() < HALF_NM + rounding,
+                        "{what} s {s}, tool at {dx} {dy}, {by}: {error} {around:?}"
+                    );
                 };
                 counts[0] += 1;
                 let square = dx * dx + dy * dy;
