@@ -21,12 +21,12 @@ use servosim::sweep::{
 
 const KPP: &str = "axes.x.pdff.kpp";
 
-/// A short line at a coarse period: the quickest run there is.
+/// A short line at a coarse period, the quickest run there is, with stable loops (Ms 1.66).
 fn line() -> Document {
     let axis = |name: &str| {
         format!(
             "[axes.{name}.plant.first_order]\ngain_rad_s_v = 83\ntime_constant_s = 0.2\n\
-             [axes.{name}.pdff]\nkpp = 97\nkpv = 0.4\nkiv = 250\nkpf = 0.6\nkvf = 1\n"
+             [axes.{name}.pdff]\nkpp = 97\nkpv = 0.4\nkiv = 50\nkpf = 0.6\nkvf = 1\n"
         )
     };
     let text = format!(
@@ -275,6 +275,18 @@ fn margins_are_those_of_the_analysis() {
     assert!(error.contains("without margins"), "{error}");
 }
 
+/// kpp = 100 with kpv = 0.25 has poles at 1.001, which do not grow much in a second: its error is the smallest of all.
+#[test]
+fn regression_the_best_point_has_stable_loops() {
+    let folder = tempfile::tempdir().unwrap();
+    let sweep = grid(&alpha(), &["x.kpp=100", "x.kpv=0.25129227,1.19"]);
+    assert_eq!((sweep.is_stable(0), sweep.is_stable(1)), (false, true));
+    let rows = sweep.evaluate(0..2, None).unwrap();
+    assert_eq!(rows.status, [Status::Ok; 2]);
+    assert!(rows.figure(0, "max_contour_error_um") < rows.figure(1, "max_contour_error_um"));
+    assert_eq!(computed(&sweep, folder.path(), 2).outcome.best.unwrap().index, 1);
+}
+
 #[test]
 fn points_do_not_depend_on_the_range_they_are_computed_in() {
     let vary = ["axes.x.pdff.kpp=20:200", "feedrate.feed_mm_s=20,50,60", "axes.y.pdff.kpv=-0.2:2"];
@@ -481,7 +493,7 @@ fn the_journal_of_another_sweep_is_refused_with_what_differs() {
         (line(), vary, plan(Method::MonteCarlo, 8, 1), "the method: sobol there, monte-carlo here"),
         (line(), [vary[0], "axes.y.pdff.kpv=1:2"], plan(Method::Sobol, 8, 1), "the variables: axes.x.pdff.kpp, axes.x"),
         (line(), [vary[0], "axes.x.pdff.kpv=1:2.5"], plan(Method::Sobol, 8, 1), "the values of axes.x.pdff.kpv"),
-        (other, vary, plan(Method::Sobol, 8, 1), "the scenario's text: `kiv = 250` there, `kiv = 251` here"),
+        (other, vary, plan(Method::Sobol, 8, 1), "the scenario's text: `kiv = 50` there, `kiv = 251` here"),
     ] {
         let sweep = Sweep::new(&document, &vary, &plan).unwrap();
         let error = Session::open(&sweep, folder.path(), Shard::WHOLE, false, None).unwrap_err().to_string();
@@ -654,9 +666,13 @@ fn a_sweep_on_the_command_line_tells_what_came_of_it() {
         .stderr("wrote output/alpha-sweep.parquet, output/alpha-sweep.csv and output/alpha-sweep.svg\n");
     assert!(!folder.path("output/alpha-sweep.journal").exists());
     let svg = fs::read_to_string(folder.path("output/alpha-sweep.svg")).unwrap();
-    for text in
-        ["max contouring error over axes.x.pdff.kpp", "10 points on a grid", "best:", "the scenario (97.38, 1.19)"]
-    {
+    for text in [
+        "max contouring error over axes.x.pdff.kpp",
+        "10 points on a grid",
+        "best:",
+        "the scenario (97.38, 1.19)",
+        "axes.x.pdff.kpv [N m s/rad]",
+    ] {
         assert!(svg.contains(text), "{text}");
     }
     // The same again, as JSON; another figure; one variable; Monte Carlo.
@@ -681,6 +697,7 @@ fn a_sweep_on_the_command_line_tells_what_came_of_it() {
         ("--vary axes.x.pdff.kpp=1:2:3 --figure speed", "known here: max_contour_error_um"),
         ("--vary axes.x.pdff.kpp=1:2:3 --shard 3/2", "from 1/N to N/N"),
         ("--vary axes.x.pdff.kpp=-2:-1:3", "none of the 3 points can be run"),
+        ("--vary name=1,2", "the first: wrong type"),
         ("", "--vary"),
     ] {
         folder.servosim(&format!("sweep alpha {arguments}")).assert().code(2).stdout("").stderr(contains(wanted));

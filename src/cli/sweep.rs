@@ -10,7 +10,8 @@ use clap::{Args, ValueEnum};
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 use servosim::scenario::Document;
 use servosim::sweep::{
-    Exported, Figure, Journal, Method, Outcome, PERCENTILES, Plan, Session, Shard, Start, Sweep, SweepError, export,
+    Exported, Figure, Journal, Method, Outcome, PERCENTILES, Plan, Session, Shard, Start, Sweep, SweepError, Value,
+    export,
 };
 
 use super::output::{figure, make_folder, note, percent, print, printable, short};
@@ -37,6 +38,7 @@ and for sampled sweeps:
   60:140           any value between; also 60:140:log, ±20%, ±2
   normal(97.4, 2)  normally distributed: mean and standard deviation; also normal(±5%)
 The table that the scenario has chosen may be left out of a key: axes.x.plant.gain_rad_s_v.
+A gain has a short key too: x.kpp is axes.x.pdff.kpp.
 
 Writes NAME-sweep.parquet, NAME-sweep.csv and NAME-sweep.svg. Until then NAME-sweep.journal keeps
 what is computed: after a kill or Ctrl-C the same command goes on from there.")]
@@ -56,8 +58,8 @@ pub(crate) struct SweepArgs {
     /// How many points a sampled method takes
     #[arg(long, value_name = "N")]
     samples: Option<u64>,
-    /// Seed of the sampled methods
-    #[arg(long, value_name = "N", default_value_t = 0)]
+    /// Seed of the sampled methods: the same seed gives the same points
+    #[arg(long, value_name = "SEED", default_value_t = 1)]
     seed: u64,
     /// Add the margins of every point's loops to the tables (peak sensitivity, gain, phase and delay margins of both axes)
     #[arg(long)]
@@ -234,7 +236,8 @@ fn json(outcome: &Outcome) -> Result<String, CliError> {
 
 /// The sweep in a few lines, ending in a newline. (Writing to a string does not fail.)
 fn table(outcome: &Outcome) -> String {
-    let mut out = format!("{}: {} points, {}\n\n", printable(&outcome.scenario), outcome.points, outcome.method);
+    let plural = if outcome.points == 1 { "" } else { "s" };
+    let mut out = format!("{}: {} point{plural}, {}\n\n", printable(&outcome.scenario), outcome.points, outcome.method);
     let counts = [
         ("ok", outcome.ok, ""),
         ("saturated", outcome.saturated, "and recovered"),
@@ -261,14 +264,29 @@ fn table(outcome: &Outcome) -> String {
         let names = outcome.variables.iter().chain(&outcome.figures);
         let width = names.map(String::len).max().unwrap_or(0);
         for (key, value) in outcome.variables.iter().zip(&best.values) {
-            let _ = writeln!(out, "    {key:<width$}  {}", value.number().map_or(value.to_string(), |v| short(v, 8)));
+            let _ = writeln!(out, "    {key:<width$}  {}", value.number().map_or(value.to_string(), value_of));
         }
         for (name, value) in outcome.figures.iter().zip(&best.figures) {
-            let _ = writeln!(out, "    {name:<width$}  {}", figure(*value, 5));
+            let _ = writeln!(out, "    {name:<width$}  {}", figure_of_point(*value));
         }
     } else {
-        out.push_str("\n  no point of the sweep is sound\n");
+        out.push_str("\n  no point of the sweep is sound: an axis locks up, or a loop is unstable, at every one\n");
     }
     out.push('\n');
     out
+}
+
+/// A value of a variable: 8 digits, and no zeros behind them.
+fn value_of(value: f64) -> String {
+    Value::Number(format!("{value:.7e}").parse().unwrap_or(value)).to_string()
+}
+
+/// A figure of the best point: five digits also of a margin of a millisecond, in seconds.
+fn figure_of_point(value: f64) -> String {
+    let magnitude = value.abs();
+    if !(1e-4..1.0).contains(&magnitude) {
+        return figure(value, 5);
+    }
+    let zeros = [0.1, 0.01, 0.001].iter().filter(|bound| magnitude < **bound).count();
+    figure(value, 5 + zeros)
 }

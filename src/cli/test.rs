@@ -25,8 +25,8 @@ Examples:
   servosim test scenarios --junit report.xml             what a CI server reads
 
 Nothing is recorded and nothing is plotted. The output does not depend on the number of jobs.
-Exits with 3 if a limit is broken or a loop locks up, with 2 if a scenario cannot be used (the others run), with 1 if one
-fails while running.")]
+Exits with 3 if a limit is broken or a loop locks up, with 2 if a scenario cannot be used (the
+others run), with 1 if one fails while running.")]
 pub(crate) struct TestArgs {
     /// Scenario files, names of built-in scenarios, or folders (every *.toml file in them)
     #[arg(required = true, value_name = "FILE_OR_FOLDER")]

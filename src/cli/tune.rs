@@ -24,16 +24,20 @@ Examples:
   servosim tune heart --max-ms 1.4 --min-delay-margin-ms 1
   servosim tune alpha --gains kpp,kpf                       these gains of both axes
   servosim tune alpha --vary axes.x.pdff.kpp=60:140 --vary x.kpf
-  servosim tune alpha --objective rms --uncertainty 30% --method cma-es --seed 7
+  servosim tune alpha --objective rms --uncertainty 30% --method nelder-mead --seed 7
 
-What is minimised is the objective of the nominal plants plus --worst-weight times that of the worst plant at the corners of
-the uncertainty (corners whose plants would need more than the drive's voltage are left out). Only gains are allowed with
-which Ms and delay margin keep their limits, every plant of the uncertainty is stable, and no axis saturates or locks up.
+What is minimised is the objective of the nominal plants plus --worst-weight times that of the
+worst plant at the corners of the uncertainty (corners whose plants would need more than the drive's
+voltage are left out). Only gains are allowed with which Ms and delay margin keep their limits,
+every plant of the uncertainty is stable, and no axis saturates or locks up.
 
-Bounds are by default a third to three times the scenario's own gain (kpp, kpv, kiv), half to twice (kpf, kvf), and for a
-gain of 0 from 0 to that of a stiff loop.
+Bounds are by default a third to three times the scenario's own gain (kpp, kpv, kiv), half to twice
+(kpf, kvf), and for a gain of 0 from 0 to that of a stiff loop.
 
-Exit codes: 0 tuned, 1 interrupted (the best so far is written), 2 wrong usage, 3 no gains keep the constraints.")]
+Writes NAME-tuned.toml, the scenario with its comments and the tuned gains, and NAME-tune.svg.
+
+Exit codes: 0 tuned, 1 interrupted (the best so far is written), 2 wrong usage, 3 no gains keep the
+constraints.")]
 pub(crate) struct TuneArgs {
     /// Scenario file, or name of a built-in scenario
     scenario: String,
@@ -50,19 +54,19 @@ pub(crate) struct TuneArgs {
     #[arg(long, value_enum, default_value = "max")]
     objective: ObjectiveName,
     /// What one volt counts for in the weighted objective [µm/V]
-    #[arg(long, value_name = "WEIGHT", default_value_t = 0.1)]
+    #[arg(long, value_name = "WEIGHT", default_value_t = 0.1, allow_negative_numbers = true)]
     voltage_weight: f64,
     /// Largest peak sensitivity of an axis
-    #[arg(long, value_name = "MS", default_value_t = 1.6)]
+    #[arg(long, value_name = "MS", default_value_t = 1.6, allow_negative_numbers = true)]
     max_ms: f64,
     /// Smallest delay margin of an axis [ms]
-    #[arg(long, value_name = "MS")]
+    #[arg(long, value_name = "MARGIN", allow_negative_numbers = true)]
     min_delay_margin_ms: Option<f64>,
     /// How far the plants may be from their values: gain and time constant, or GAIN,TIME-CONSTANT
-    #[arg(long, value_name = "SHARE", default_value = "20%")]
+    #[arg(long, value_name = "SHARE", default_value = "20%", allow_hyphen_values = true)]
     uncertainty: String,
     /// How much the worst plant of the uncertainty counts beside the nominal ones; 0: not at all
-    #[arg(long, value_name = "WEIGHT", default_value_t = 0.2)]
+    #[arg(long, value_name = "WEIGHT", default_value_t = 0.2, allow_negative_numbers = true)]
     worst_weight: f64,
     /// How every start searches
     #[arg(long, value_enum, default_value = "cma-es")]
@@ -145,11 +149,12 @@ pub(crate) fn run(args: &TuneArgs) -> Result<Outcome, CliError> {
         show()?;
         return Err(nothing_allowed(&findings));
     }
-    make_folder(&args.output)?;
-    let mut written = vec![file.write(&document, &findings)?];
-    let plots = plot_convergence(args, &scenario, &findings, &tuned);
-    // Figures and tuned scenario are there whatever becomes of the plot.
+    let tuned_file = make_folder(&args.output).and_then(|()| file.write(&document, &findings));
+    let plots = tuned_file.is_ok().then(|| plot_convergence(args, &scenario, &findings, &tuned));
+    // The figures are shown whatever becomes of the files: with a full disk the gains in them are all that is left of the search.
     show()?;
+    let mut written = vec![tuned_file?];
+    let plots = plots.unwrap_or(Ok(Vec::new()));
     let plots = plots.map(|files| written.extend(files));
     if !args.quiet {
         note(&plot::wrote(&written));

@@ -204,7 +204,13 @@ fn sensitivities(out: &mut String, findings: &Findings) {
 fn checks(out: &mut String, findings: &Findings) {
     out.push_str("  checked beyond the objective\n");
     for check in &findings.checks {
-        let verdict = if check.survives { "survives" } else { "DOES NOT SURVIVE" };
+        // Where the drive is at its limit no gains help: that is no merit of these.
+        let saturates = check.after.is_some_and(|after| after.saturated_share > 0.0);
+        let verdict = match (check.survives, saturates) {
+            (true, false) => "survives",
+            (true, true) => "no worse than before",
+            (false, _) => "DOES NOT SURVIVE",
+        };
         let _ = writeln!(out, "    {:<26} {verdict}: {}", check.name, of_check(check));
     }
 }

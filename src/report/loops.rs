@@ -136,7 +136,7 @@ fn bode(title: &str, axes: &[Drawn<'_>]) -> Sheet {
         axes.iter().map(|axis| Entry::line(axis.pen(), format!("{}: {}", axis.name, told(&axis.margins)))).collect();
     let space = head.draw(&mut sheet);
     let height = panel_height(&space, 2, GAP);
-    let y = [y_axis(magnitudes.padded(0.05, 0.05), height, false), y_axis(phases.padded(0.1, 0.1), height, false)];
+    let y = [y_axis(magnitudes.padded(0.18, 0.05), height, false), y_axis(phases.padded(0.1, 0.1), height, false)];
     let gutter = gutter(&[&y[0], &y[1]]);
     let frames = stack(&space, &[&y[0], &y[1]], GAP);
     let mut panels: Vec<Panel> =

@@ -47,10 +47,16 @@ fn has_table(document: &DocumentMut, path: &[String]) -> bool {
 }
 
 /// The full path of a value whose path may leave out the table that the document has chosen:
-/// `axes.x.plant.gain_rad_s_v` is `axes.x.plant.first_order.gain_rad_s_v`. None where there is no such value.
+/// `axes.x.plant.gain_rad_s_v` is `axes.x.plant.first_order.gain_rad_s_v`. A gain has a short name, `x.kpp`, that of the tables
+/// of `servosim tune`. None where there is no such value.
 pub(super) fn full(path: &[String], document: &DocumentMut) -> Option<Vec<String>> {
     if leaves().iter().any(|leaf| leaf == path) {
         return Some(path.to_vec());
+    }
+    if let [axis, gain] = path
+        && let Some(leaf) = leaves().iter().find(|leaf| leaf.iter().eq(["axes", axis, "pdff", gain]))
+    {
+        return Some(leaf.clone());
     }
     let meant = leaves().iter().find(|leaf| {
         without_choice(leaf).is_some_and(|(short, at)| {

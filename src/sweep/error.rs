@@ -40,7 +40,7 @@ pub enum SweepError {
     },
     /// A file that no sweep has written stands where a journal should.
     #[error(
-        "{} is not a journal of a sweep\nhelp: move it away, name another file, or another folder with --output",
+        "{} is not a journal of a sweep\nhelp: `servosim merge` takes files called NAME-sweep.I-of-N.part; for a sweep move it away, or name another folder with --output",
         file.display()
     )]
     Foreign {
@@ -86,7 +86,7 @@ pub enum SweepError {
         journal: PathBuf,
     },
     /// No point of the sweep makes a scenario that can be run.
-    #[error("none of the {count} points can be run; the first: {reason}")]
+    #[error("none of the {count} points can be run; the first: {}", reason.trim_start_matches("error: "))]
     NothingValid {
         /// How many points.
         count: u64,

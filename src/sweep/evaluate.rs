@@ -10,7 +10,7 @@ use serde::{Deserialize, Serialize};
 
 use super::definition::Sweep;
 use super::variable::Value;
-use crate::analysis::{Margins, margins};
+use crate::analysis::{Margins, margins, peak_sensitivity};
 use crate::scenario::Scenario;
 use crate::servo::{AxisParameters, LoopSettings};
 use crate::simulation::{Course, RunFigures, Simulation};
@@ -242,6 +242,18 @@ impl Sweep {
             Err(reason) => Some(reason),
             Ok(scenario) => self.axes(&scenario, &values).iter().find_map(|axis| Some(axis.check().err()?.to_string())),
         }
+    }
+
+    /// Whether the loops of a point are stable, both of them, without saturation ([`crate::analysis::Margins::stable`]). Not
+    /// where its values make no scenario.
+    pub fn is_stable(&self, index: u64) -> bool {
+        let values = self.values(index);
+        let settings = self.settings(&values);
+        let stable = |scenario: &Scenario| {
+            self.axes(scenario, &values).iter().all(|axis| peak_sensitivity(axis, &scenario.settings).is_some())
+        };
+        // (Without settings the scenario is not copied: this is asked of many points.)
+        if settings.is_empty() { stable(&self.scenario) } else { self.prepared(&settings).is_ok_and(|s| stable(&s)) }
     }
 
     /// What has to be set in the scenario's text.

@@ -97,7 +97,7 @@ pub fn export(
                     line.clear();
                     csv_row(&mut line, index, &values, *status, figures);
                     text.write_all(line.as_bytes()).map_err(|source| failed(csv, source))?;
-                    tally.push(index, *status, figures);
+                    tally.push(index, *status, figures, || sweep.is_stable(index));
                     sketch.push(sweep, index, &values, *status, figures);
                     table.push(index, values, *status, figures).map_err(|error| failed(parquet, into_io(error)))?;
                 }

@@ -45,7 +45,8 @@ pub struct Outcome {
     pub figures: Vec<String>,
     /// The figure that `best` and `percentiles` are of.
     pub figure: String,
-    /// The point with the best figure, of those that are ok or saturated; none where there is none.
+    /// The point with the best figure, of those that are ok or saturated and whose loops are stable (a run may end before an
+    /// unstable loop has grown); none where there is none.
     pub best: Option<Best>,
     /// The figure's [`PERCENTILES`] (nearest rank; the last is the largest) over all points that have figures, those that
     /// locked up among them; none where there is none.
@@ -67,7 +68,8 @@ impl Tally {
         Self { figure, counts: [0; 5], best: None, figures: Vec::new() }
     }
 
-    pub(super) fn push(&mut self, index: u64, status: Status, figures: &[f64]) {
+    /// `is_stable` is asked of points that would be the best.
+    pub(super) fn push(&mut self, index: u64, status: Status, figures: &[f64], is_stable: impl FnOnce() -> bool) {
         for (count, known) in self.counts.iter_mut().zip(Status::ALL) {
             *count += u64::from(known == status);
         }
@@ -76,7 +78,7 @@ impl Tally {
         };
         self.figures.push(figure);
         let is_better = |best: f64| if self.figure.is_better_large() { figure > best } else { figure < best };
-        if status.is_sound() && self.best.as_ref().is_none_or(|(best, ..)| is_better(*best)) {
+        if status.is_sound() && self.best.as_ref().is_none_or(|(best, ..)| is_better(*best)) && is_stable() {
             self.best = Some((figure, index, figures.to_vec()));
         }
     }

@@ -29,7 +29,7 @@ impl Sketch {
         let variables = &definition.variables;
         let own = sweep.own_values();
         let axis = |i: usize| SweepAxis {
-            title: variables.get(i).map(|variable| variable.key.clone()).unwrap_or_default(),
+            title: variables.get(i).map(|variable| with_unit(&variable.key)).unwrap_or_default(),
             logarithmic: variables.get(i).is_some_and(|variable| variable.values.is_logarithmic()),
         };
         let own_pair = || Some([*own.first()?.as_ref()?, *own.get(1)?.as_ref()?]);
@@ -153,6 +153,18 @@ impl Sketch {
             plot: self.plot,
         }
     }
+}
+
+/// A key with the unit of its value, where the key does not name it.
+fn with_unit(key: &str) -> String {
+    let unit = match key.rsplit_once(".pdff.").map(|(_, gain)| gain) {
+        Some("kpp") => "rad/s/mm",
+        Some("kpv") => "N m s/rad",
+        Some("kiv") => "1/s",
+        Some("kpf") => "rad/mm",
+        _ => return key.to_owned(),
+    };
+    format!("{key} [{unit}]")
 }
 
 /// The values at the levels of a grid's variable; for very many only those that bound cells matter.

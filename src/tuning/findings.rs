@@ -15,6 +15,12 @@ use crate::servo::AxisParameters;
 /// How many plants are drawn from the uncertainty box.
 pub const DRAWN_PLANTS: usize = 1000;
 
+/// Control periods that the runs of drawn plants may take, about; the second where the user has asked to stop.
+const DRAWN_PERIODS: [u64; 2] = [1 << 27, 1 << 22];
+
+/// Fewest plants that are drawn.
+const LEAST_PLANTS: u64 = 10;
+
 /// Feed of the check at a higher feed, as a multiple of the scenario's.
 const HIGHER_FEED: f64 = 1.5;
 
@@ -83,7 +89,7 @@ pub struct Side {
     pub objective: f64,
     /// Figures of the nominal run; none where a loop is unstable.
     pub figures: Option<Figures>,
-    /// Runs of [`DRAWN_PLANTS`] plants of the uncertainty box.
+    /// Runs of [`DRAWN_PLANTS`] plants of the uncertainty box; of fewer where a run is very long.
     pub drawn: Spread,
     /// Margins of each axis.
     pub axes: Vec<AxisMargins>,
@@ -186,20 +192,21 @@ pub fn findings(problem: &Problem<'_>, tuning: &Tuning, tuned: &Tuned) -> Findin
         time_constant_uncertainty: constraints.uncertainty.time_constant,
     };
     let (before, after) = (&tuned.before, &tuned.after);
+    let plants = drawn_plants(problem.runs().samples(), tuned.interrupted);
     Findings {
         scenario: problem.scenario.name.clone(),
         search,
         feasible: after.value.is_feasible(),
         broken: after.violations.iter().map(ToString::to_string).collect(),
-        before: side(problem, before, tuning.seed),
-        after: side(problem, after, tuning.seed),
+        before: side(problem, before, tuning.seed, plants),
+        after: side(problem, after, tuning.seed, plants),
         gains: gains(problem, after),
         active: active(problem, tuned),
         checks: checks(problem.scenario, &before.axes, &after.axes, tuning.seed),
     }
 }
 
-fn side(problem: &Problem<'_>, assessment: &Assessment, seed: u64) -> Side {
+fn side(problem: &Problem<'_>, assessment: &Assessment, seed: u64, plants: usize) -> Side {
     let axes = assessment.margins.iter().zip(AXIS_NAMES).map(|(margins, axis)| AxisMargins {
         axis,
         peak_sensitivity: margins.peak_sensitivity,
@@ -211,14 +218,20 @@ fn side(problem: &Problem<'_>, assessment: &Assessment, seed: u64) -> Side {
     Side {
         objective: assessment.figures.map_or(f64::INFINITY, |figures| problem.objective.of(&figures)),
         figures: assessment.figures,
-        drawn: spread(problem, &assessment.axes, seed),
+        drawn: spread(problem, &assessment.axes, seed, plants),
         axes: axes.collect(),
     }
 }
 
+/// How many plants are drawn: fewer of a long run, so that a search that was stopped ends soon.
+fn drawn_plants(samples: u64, interrupted: bool) -> usize {
+    let plants = DRAWN_PERIODS[usize::from(interrupted)] / samples.max(1);
+    usize::try_from(plants.max(LEAST_PLANTS)).unwrap_or(DRAWN_PLANTS).min(DRAWN_PLANTS)
+}
+
 /// Runs plants drawn from the uncertainty box, the same ones for every set of gains.
-fn spread(problem: &Problem<'_>, axes: &[AxisParameters; 2], seed: u64) -> Spread {
-    let plants = problem.constraints.uncertainty.drawn(axes, DRAWN_PLANTS, seed);
+fn spread(problem: &Problem<'_>, axes: &[AxisParameters; 2], seed: u64, plants: usize) -> Spread {
+    let plants = problem.constraints.uncertainty.drawn(axes, plants, seed);
     let runs: Vec<Figures> = plants.par_chunks(48).flat_map_iter(|chunk| problem.runs().of(chunk)).collect();
     let mut errors: Vec<f64> = runs.iter().map(|run| run.max_contour_error_um).collect();
     errors.sort_by(f64::total_cmp);
@@ -332,4 +345,17 @@ pub fn changes(tuned: &Tuned) -> Vec<(String, f64)> {
             .map(move |gain| (format!("axes.{axis}.pdff.{}", gain.name()), gain.of(&after.pdff)))
     })
     .collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn regression_a_long_run_does_not_keep_a_stopped_search_from_ending() {
+        // Alpha; alpha with a control period of a microsecond.
+        assert_eq!((drawn_plants(1201, false), drawn_plants(1201, true)), (DRAWN_PLANTS, DRAWN_PLANTS));
+        assert_eq!((drawn_plants(1_200_000, false), drawn_plants(1_200_000, true)), (111, 10));
+        assert_eq!((drawn_plants(0, false), drawn_plants(u64::MAX, false)), (DRAWN_PLANTS, 10));
+    }
 }

@@ -211,7 +211,7 @@ impl<'a> Problem<'a> {
             if is_sound { Ok(()) } else { Err(TuningError::Limit { name, value, needed }) }
         };
         let Constraints { max_ms, min_delay_margin_s, uncertainty } = self.constraints;
-        let needed = "above 1: no loop has a peak sensitivity of 1 or less";
+        let needed = "above 1 (no loop has a peak sensitivity of 1 or less), and finite";
         limit("the limit of Ms", max_ms, needed, max_ms > 1.0 && max_ms.is_finite())?;
         if let Some(margin) = min_delay_margin_s {
             limit("the least delay margin [s]", margin, "positive and finite", margin > 0.0 && margin.is_finite())?;

@@ -71,7 +71,6 @@ pub(super) fn sheet(picture: &SweepPicture) -> Sheet {
     for ((_, value), pen) in percentiles.iter().zip(pens) {
         let x = panel.at(*value, 0.0).0;
         if (frame.left..=frame.right).contains(&x) {
-            sheet.line(&[(x, frame.top), (x, frame.bottom)], Pen { width_px: 3.5, dash: None, colour: WHITE });
             sheet.line(&[(x, frame.top), (x, frame.bottom)], pen);
         }
     }
