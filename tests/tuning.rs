@@ -440,7 +440,11 @@ fn an_interrupted_search_writes_the_best_so_far() {
     let mut process = folder.process("tune alpha --budget 100000000 --worst-weight 0 --plots none");
     let child = process.stdout(Stdio::piped()).stderr(Stdio::piped()).spawn().unwrap();
     std::thread::sleep(Duration::from_millis(1500));
-    assert!(Process::new("kill").args(["-INT", &child.id().to_string()]).status().unwrap().success());
+    // Twice at once, as `timeout` does: one wish to stop, not the second Ctrl-C that ends the program.
+    let pid = child.id().to_string();
+    assert!(
+        Process::new("bash").args(["-c", &format!("kill -INT {pid}; kill -INT {pid}")]).status().unwrap().success()
+    );
     let started = Instant::now();
     let output = child.wait_with_output().unwrap();
     assert!(started.elapsed() < Duration::from_secs(20), "{:?}", started.elapsed());

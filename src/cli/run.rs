@@ -1,8 +1,9 @@
 //! `servosim run`: runs a scenario, records it, plots it and prints its figures.
 
 use std::path::{Path, PathBuf};
-use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::{Arc, OnceLock};
+use std::time::{Duration, Instant};
 
 use clap::{Args, ValueEnum};
 use servosim::recording::{Facts, Recorder};
@@ -144,13 +145,19 @@ fn plots(args: &RunArgs, name: &str, recording: &Path, stop: &AtomicBool) -> Res
     Ok(report::write_all(&[data], &args.output, name, format)?)
 }
 
+/// Two signals closer together than this are one.
+const TWICE: Duration = Duration::from_millis(300);
+
 /// A flag that Ctrl-C raises, so that a run (a search) ends soon and in order; a second Ctrl-C ends the program at once.
 pub(crate) fn stop_flag() -> Arc<AtomicBool> {
     let flag = Arc::new(AtomicBool::new(false));
     let raised = Arc::clone(&flag);
     // Without a handler Ctrl-C just ends the program, which is no reason not to run.
+    let first = OnceLock::new();
     let _ = ctrlc::set_handler(move || {
-        if raised.swap(true, Ordering::Relaxed) {
+        // `timeout` and schedulers send one signal to the process and at once another to its group: that is one wish.
+        let since = first.get_or_init(Instant::now).elapsed();
+        if raised.swap(true, Ordering::Relaxed) && since > TWICE {
             std::process::exit(1);
         }
     });
