@@ -13,7 +13,7 @@
 //! | module | what lives there |
 //! |---|---|
 //! | [`lane`] | numbers side by side: what the hot loops are generic over |
-//! | [`path`] | PH quintic splines, lines, circles; length, point, tangent and curvature at arc length, nearest point |
+//! | [`path`] | PH quintic splines, NURBS, lines, polylines, circles; length, point, tangent and curvature at arc length, nearest point |
 //! | [`optimize`] | pattern search, Nelder-Mead, CMA-ES: a function in, the best point and the history out |
 //! | [`feedrate`] | profiles, motion `s(t)` along a length |
 //! | [`interpolator`] | path and motion to a stream of setpoints |
@@ -27,6 +27,7 @@
 //! | [`sweep`] | one scenario at many points: grids, samples, shards, tables |
 //! | [`tuning`] | gains that make the contouring error small and keep stability margin, and whether to trust them |
 //! | [`scenario`] | the file as written to checked values, with diagnostics |
+//! | [`toolpath`] | from a surface to tool paths: step-over, B-splines through many points with few control points |
 //! | `cli` | the program (in the binary): one file a subcommand |
 //!
 //! `path`, `feedrate` and `servo` are the ground floor and do not know each other; [`simulation`] is where they meet, and
@@ -47,4 +48,5 @@ pub mod servo;
 pub mod simulation;
 pub mod summary;
 pub mod sweep;
+pub mod toolpath;
 pub mod tuning;

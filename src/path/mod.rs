@@ -9,16 +9,23 @@
 //! | [`PhSpline`] | B-spline control points or nodal points; C2, with exact arc length |
 //! | [`Line`] | two points |
 //! | [`Circle`] | centre, radius, start angle, direction |
+//! | [`NurbsPath`] | a [`NurbsCurve`]: degree, knots, control points, weights; in any dimension |
+//! | [`Polyline`] | points, joined by straight lines with exact corners; in any dimension |
+//!
+//! [`NurbsSurface`] is what tool paths are made from.
 
 mod bernstein;
 mod bspline;
 mod circle;
+mod descent;
 mod graph;
 mod line;
 mod nearest;
+pub mod nurbs;
 mod ph_segment;
 mod ph_solver;
 mod ph_spline;
+mod polyline;
 mod quadrature;
 mod range_maximum;
 
@@ -28,7 +35,9 @@ pub use circle::Circle;
 pub use graph::{GRAPH_ERROR_MM, Graph};
 pub use line::Line;
 pub use nearest::{Nearest, nearest_in_window};
+pub use nurbs::{NurbsCurve, NurbsError, NurbsPath, NurbsSurface};
 pub use ph_spline::PhSpline;
+pub use polyline::Polyline;
 
 /// Largest coordinate magnitude that a path accepts, in millimetres (one kilometre).
 ///

@@ -1,7 +1,7 @@
 //! Adaptive Gauss-Legendre quadrature on `[0, 1]`.
 
 /// Positive nodes and weights of the 10-point rule on `[-1, 1]` (Abramowitz and Stegun, table 25.4).
-const RULE: [(f64, f64); 5] = [
+pub(super) const RULE: [(f64, f64); 5] = [
     (0.14887433898163122, 0.29552422471475287),
     (0.4333953941292472, 0.26926671930999635),
     (0.6794095682990244, 0.21908636251598204),
