@@ -24,6 +24,7 @@
 //! | [`limits`], [`summary`] | what a run is held to, and its figures |
 //! | [`recording`] | MCAP out and in, CSV |
 //! | [`report`] | plots |
+//! | [`nc`] | NC programs as a stream of blocks: read in every dialect, written in one |
 //! | [`sweep`] | one scenario at many points: grids, samples, shards, tables |
 //! | [`tuning`] | gains that make the contouring error small and keep stability margin, and whether to trust them |
 //! | [`scenario`] | the file as written to checked values, with diagnostics |
@@ -35,10 +36,12 @@
 
 pub mod analysis;
 pub mod contour;
+mod diagnostics;
 pub mod feedrate;
 pub mod interpolator;
 pub mod lane;
 pub mod limits;
+pub mod nc;
 pub mod optimize;
 pub mod path;
 pub mod recording;

@@ -1,62 +1,15 @@
-//! Problems of a scenario, shown with the line that they are on.
+//! What is wrong with a scenario, all of it at once.
 
-use std::fmt::{self, Write as _};
-use std::ops::Range;
+use std::fmt;
 
-use annotate_snippets::{AnnotationKind, Group, Level, Origin, Renderer, Snippet};
+use annotate_snippets::{Group, Level, Renderer};
+
+pub use crate::diagnostics::Diagnostic;
+use crate::diagnostics::Line;
+pub(super) use crate::diagnostics::brief;
 
 /// Most problems that are shown; the rest is counted.
 const MOST_SHOWN: usize = 20;
-
-/// Most characters of a source line that are shown before and after the place that is pointed at.
-const CONTEXT: (usize, usize) = (50, 80);
-
-/// One problem of a scenario.
-#[derive(Debug, Clone, PartialEq, Eq)]
-pub struct Diagnostic {
-    /// What is wrong.
-    pub message: String,
-    /// Where in the text, in bytes; none where the problem has no place in it.
-    pub span: Option<Range<usize>>,
-    /// A few words for the place itself; may be empty.
-    pub label: String,
-    /// What else is worth knowing.
-    pub notes: Vec<String>,
-    /// What to do.
-    pub help: Vec<String>,
-}
-
-impl Diagnostic {
-    pub(super) fn new(message: impl Into<String>) -> Self {
-        Self {
-            message: readable_numbers(&message.into()),
-            span: None,
-            label: String::new(),
-            notes: Vec::new(),
-            help: Vec::new(),
-        }
-    }
-
-    pub(super) fn at(mut self, span: Range<usize>) -> Self {
-        self.span = Some(span);
-        self
-    }
-
-    pub(super) fn label(mut self, label: impl Into<String>) -> Self {
-        self.label = label.into();
-        self
-    }
-
-    pub(super) fn note(mut self, note: impl Into<String>) -> Self {
-        self.notes.push(note.into());
-        self
-    }
-
-    pub(super) fn help(mut self, help: impl Into<String>) -> Self {
-        self.help.push(help.into());
-        self
-    }
-}
 
 /// A scenario that cannot be used, with everything that is wrong with it.
 ///
@@ -98,7 +51,7 @@ impl ScenarioError {
         let renderer = if colour { Renderer::styled().hyperlink(false) } else { Renderer::plain() };
         let mut out = String::new();
         for problem in self.problems.iter().take(MOST_SHOWN) {
-            out.push_str(&self.rendered(problem, &renderer));
+            out.push_str(&problem.rendered(&self.origin, &self.source, 0, &renderer));
             out.push_str("\n\n");
         }
         if let Some(more @ 1..) = self.problems.len().checked_sub(MOST_SHOWN) {
@@ -112,176 +65,12 @@ impl ScenarioError {
         }
         out
     }
-
-    fn rendered(&self, problem: &Diagnostic, renderer: &Renderer) -> String {
-        let mut group = Group::with_title(Level::ERROR.primary_title(printable(&problem.message)));
-        let origin = printable(&self.origin);
-        // The column of a cropped line, as the renderer sees it and as it is.
-        let mut columns = None;
-        if let Some(span) = &problem.span {
-            let line = Line::around(&self.source, span.start);
-            let (shown, marked) = line.cropped(span);
-            let seen = 1 + shown.get(..marked.start).map_or(0, |before| before.chars().count());
-            columns = Some((line.number, seen, line.column_of(span.start)));
-            let mut annotation = AnnotationKind::Primary.span(marked);
-            if !problem.label.is_empty() {
-                annotation = annotation.label(printable(&problem.label));
-            }
-            let snippet = Snippet::source(shown).path(origin.clone()).line_start(line.number).annotation(annotation);
-            group = group.element(snippet);
-        } else if !self.origin.is_empty() {
-            group = group.element(Origin::path(origin.clone()));
-        }
-        for note in &problem.notes {
-            group = group.element(Level::NOTE.message(printable(note)));
-        }
-        for help in &problem.help {
-            group = group.element(Level::HELP.message(printable(help)));
-        }
-        let text = renderer.render(&[group]);
-        match columns {
-            Some((line, seen, is)) if seen != is => {
-                text.replacen(&format!("{origin}:{line}:{seen}"), &format!("{origin}:{line}:{is}"), 1)
-            }
-            _ => text,
-        }
-    }
 }
 
 impl fmt::Display for ScenarioError {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.write_str(self.render(false).trim_end())
     }
-}
-
-/// One line of a text.
-struct Line<'a> {
-    /// From 1.
-    number: usize,
-    /// Byte offset of its first character.
-    start: usize,
-    /// Without its line end.
-    text: &'a str,
-}
-
-impl<'a> Line<'a> {
-    fn around(source: &'a str, byte: usize) -> Self {
-        let byte = floor_char_boundary(source, byte);
-        let (before, after) = source.split_at(byte);
-        let start = before.rfind('\n').map_or(0, |at| at + 1);
-        let end = after.find('\n').map_or(source.len(), |at| byte + at);
-        let number = 1 + before.bytes().filter(|&b| b == b'\n').count();
-        let text = source.get(start..end).unwrap_or_default();
-        Self { number, start, text: text.strip_suffix('\r').unwrap_or(text) }
-    }
-
-    fn offset(&self, byte: usize) -> usize {
-        floor_char_boundary(self.text, byte.saturating_sub(self.start))
-    }
-
-    fn column_of(&self, byte: usize) -> usize {
-        1 + self.text.get(..self.offset(byte)).map_or(0, |before| before.chars().count())
-    }
-
-    /// The line as it may be shown, and where `span` lies in that.
-    fn cropped(&self, span: &Range<usize>) -> (String, Range<usize>) {
-        let from = self.offset(span.start);
-        let to = self.offset(span.end).max(from);
-        let (before, rest) = self.text.split_at(from);
-        let first = before.char_indices().rev().take(CONTEXT.0).last().map_or(from, |(at, _)| at);
-        let last = rest.char_indices().nth(CONTEXT.1).map_or(self.text.len(), |(at, _)| from + at);
-
-        let mut shown = String::new();
-        if first > 0 {
-            shown.push('…');
-        }
-        let mut marked = None;
-        let mut end = None;
-        for (at, c) in self.text.get(first..last).unwrap_or_default().char_indices() {
-            if first + at == from {
-                marked = Some(shown.len());
-            }
-            if first + at == to {
-                end = Some(shown.len());
-            }
-            shown.push(visible(c));
-        }
-        let start = marked.unwrap_or(shown.len());
-        let end = end.unwrap_or(shown.len()).max(start);
-        if last < self.text.len() {
-            shown.push('…');
-        }
-        (shown, start..end)
-    }
-}
-
-fn floor_char_boundary(text: &str, byte: usize) -> usize {
-    let mut byte = byte.min(text.len());
-    while !text.is_char_boundary(byte) {
-        byte -= 1;
-    }
-    byte
-}
-
-/// Characters that change the direction or the place of what follows, or that cannot be seen.
-fn is_harmful(c: char) -> bool {
-    c.is_control()
-        || matches!(c, '\u{200b}'..='\u{200f}' | '\u{2028}'..='\u{202e}' | '\u{2060}'..='\u{2069}' | '\u{feff}')
-}
-
-/// One character for one, so that columns stay right.
-fn visible(c: char) -> char {
-    match c {
-        '\t' => ' ',
-        '\u{7f}' => '␡',
-        '\0'..='\u{1f}' => char::from_u32(0x2400 + u32::from(c)).unwrap_or('\u{fffd}'),
-        c if is_harmful(c) => '\u{fffd}',
-        c => c,
-    }
-}
-
-/// `text` with every control character written out (newlines stay).
-pub(super) fn printable(text: &str) -> String {
-    let mut out = String::with_capacity(text.len());
-    for c in text.chars() {
-        if c != '\n' && is_harmful(c) {
-            out.extend(c.escape_unicode());
-        } else {
-            out.push(c);
-        }
-    }
-    out
-}
-
-/// A name or value of the user's as it is shown in a message: on one line and not too long.
-pub(super) fn brief(text: &str) -> String {
-    const MOST: usize = 60;
-    let mut out: String = text.chars().take(MOST).map(|c| if c == '\n' { ' ' } else { c }).collect();
-    if text.chars().nth(MOST).is_some() {
-        out.push('…');
-    }
-    printable(&out)
-}
-
-/// `text` with every number of more than 20 digits written with an exponent: 1e300 rather than 1 and 300 zeros.
-fn readable_numbers(text: &str) -> String {
-    const MOST: usize = 20;
-    let is_number = |c: char| c.is_ascii_digit() || c == '.';
-    let mut out = String::with_capacity(text.len());
-    let mut rest = text;
-    while let Some(start) = rest.find(is_number) {
-        let (before, from) = rest.split_at(start);
-        let (number, after) = from.split_at(from.find(|c| !is_number(c)).unwrap_or(from.len()));
-        out.push_str(before);
-        let _ = match number.parse::<f64>() {
-            // Writing to a string does not fail.
-            Ok(value) if number.len() > MOST => write!(out, "{value:e}"),
-            _ => out.write_str(number),
-        };
-        rest = after;
-    }
-    out.push_str(rest);
-    out
 }
 
 /// The candidate that `name` was probably meant to be.
