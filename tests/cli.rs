@@ -112,6 +112,15 @@ fn a_locked_loop_is_told_in_words_and_exits_with_3() {
 }
 
 #[test]
+fn an_unstable_loop_that_does_not_show_it_is_told() {
+    let folder = Folder::new();
+    // The largest pole lies at 1.001: nothing to see in a second.
+    let scenario = "run alpha --plots none --set axes.x.pdff.kpp=100 --set axes.x.pdff.kpv=0.251";
+    folder.servosim(scenario).assert().stderr(contains("note: the loop of axis x is unstable"));
+    folder.servosim("run alpha --plots none").assert().success().stderr(contains("unstable").not());
+}
+
+#[test]
 fn an_infinite_jerk_can_be_printed() {
     let folder = Folder::new();
     let linear = "run alpha --set feedrate.profile.linear.phase_s=0.1";
