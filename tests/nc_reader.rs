@@ -511,18 +511,6 @@ fn a_long_program_is_a_stream() {
     assert_eq!(blocks, lines);
 }
 
-/// Ten million blocks: `cargo test --test nc_reader -- --ignored --nocapture`; the process stays at 4 MB (VmHWM).
-#[test]
-#[ignore = "takes seconds in a release build, a minute in a debug one"]
-fn ten_million_blocks() {
-    let start = std::time::Instant::now();
-    let lines = 10_000_000;
-    let endless = BufReader::new(Endless { line: 0, lines, left: Vec::new() });
-    let blocks = Reader::new(endless, "long", Reading::default()).map(Result::unwrap).count();
-    println!("{blocks} blocks in {:.2} s", start.elapsed().as_secs_f64());
-    assert_eq!(blocks as u64, lines);
-}
-
 #[test]
 fn a_reader_that_fails_is_reported() {
     struct Broken;
