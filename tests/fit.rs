@@ -160,18 +160,16 @@ fn straight_lines_and_two_points_need_the_least() {
 #[test]
 fn many_points_take_time_in_proportion() {
     // Ten times the points: not much more than ten times the time (the clock is shared: three times is allowed).
-    // (The paper's method was seen to take more than that: the number of its rounds differs from case to case.)
-    for method in [Method::Standard] {
-        let seconds = [1_100, 11_000].map(|size| {
-            let points = waves(size, true);
-            let start = std::time::Instant::now();
-            let fitted = fit(&points, &options(method, 0.5)).unwrap();
-            let seconds = start.elapsed().as_secs_f64();
-            check(&points, &fitted, 0.5, "many");
-            seconds
-        });
-        assert!(seconds[1] < 30.0 * seconds[0], "{method:?}: {seconds:?}");
-    }
+    // The paper's method does not keep to that: the number of its rounds differs from case to case.
+    let seconds = [1_100, 11_000].map(|size| {
+        let points = waves(size, true);
+        let start = std::time::Instant::now();
+        let fitted = fit(&points, &options(Method::Standard, 0.5)).unwrap();
+        let seconds = start.elapsed().as_secs_f64();
+        check(&points, &fitted, 0.5, "many");
+        seconds
+    });
+    assert!(seconds[1] < 30.0 * seconds[0], "{seconds:?}");
 }
 
 #[test]
