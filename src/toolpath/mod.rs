@@ -2,4 +2,5 @@
 //!
 //! Source: Akbari, Rokhzadi, "NURBS-based tool path generation for high speed machining". Lengths are millimetres.
 
+pub mod fit;
 pub mod stepover;

@@ -120,8 +120,19 @@ pub(crate) fn derivatives<const K: usize>(degree: usize, knots: &[f64], span: us
     out
 }
 
-/// The basis functions alone.
+/// The basis functions alone (algorithm A2.2): a third of the time.
 pub(crate) fn values(degree: usize, knots: &[f64], span: usize, u: f64) -> Row {
-    let [row] = derivatives::<1>(degree, knots, span, u);
-    row
+    let mut n = [0.0; MAX_DEGREE + 1];
+    n[0] = 1.0;
+    for j in 1..=degree {
+        let mut saved = 0.0;
+        for r in 0..j {
+            let (right, left) = (knots[span + r + 1] - u, u - knots[span + 1 + r - j]);
+            let share = n[r] / (right + left);
+            n[r] = saved + right * share;
+            saved = left * share;
+        }
+        n[j] = saved;
+    }
+    n
 }
