@@ -106,14 +106,6 @@ fn validates_the_better_rows_of_the_test_curve() {
     better_rows(&[(1, 0)]);
 }
 
-/// Run it with `cargo test --release --test fit -- --ignored`.
-#[test]
-#[ignore = "minutes without optimisation: run it with --release -- --ignored"]
-fn validates_every_cell_of_the_better_rows() {
-    let cells: Vec<_> = (0..2).flat_map(|kind| (0..5).map(move |i| (kind, i))).collect();
-    better_rows(&cells);
-}
-
 #[test]
 fn tolerance_and_ends_are_kept_on_random_cases() {
     let mut rng = Xoshiro256PlusPlus::seed_from_u64(1);

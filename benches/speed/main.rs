@@ -5,10 +5,12 @@
 //! - the whole step with interpolation and exact contouring error
 //! - recording, against the bare MCAP writer
 //! - `servosim run` as a process
+//! - control points and time of B-spline fits
 //! - splines of 10² … 10⁶ nodal points, time and memory
 
 mod batch;
 mod c;
+mod fit;
 mod process;
 mod recording;
 mod scale;
@@ -21,13 +23,14 @@ fn main() {
     let quick = !arguments.iter().any(|argument| argument == "--bench");
     // `cargo bench -- step` runs the benches with that in their name.
     let filters: Vec<&String> = arguments.iter().filter(|argument| !argument.starts_with('-')).collect();
-    let benches: [Bench; 6] = [
+    let benches: [Bench; 7] = [
         ("loop", servo_loop::bench),
         ("batch", batch::bench),
         ("step", whole_step::bench),
         ("recording", recording::bench),
         ("process", process::bench),
         ("scale", scale::bench),
+        ("fit", fit::bench),
     ];
     for (name, bench) in benches {
         if filters.is_empty() || filters.iter().any(|filter| name.contains(filter.as_str())) {
