@@ -2,5 +2,10 @@
 //!
 //! Source: Akbari, Rokhzadi, "NURBS-based tool path generation for high speed machining". Lengths are millimetres.
 
+mod cutter;
+mod design;
 pub mod fit;
 pub mod stepover;
+
+pub use cutter::{Cutter, CutterError};
+pub use design::{DesignSurface, Rest, SurfaceTop};
