@@ -5,6 +5,7 @@
 mod cutter;
 mod design;
 pub mod fit;
+pub mod guide;
 pub mod stepover;
 
 pub use cutter::{Cutter, CutterError};
