@@ -5,6 +5,7 @@
 mod cutter;
 mod design;
 pub mod fit;
+pub mod guide;
 pub mod plan;
 pub mod stepover;
 

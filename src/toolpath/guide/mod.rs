@@ -1,0 +1,28 @@
+//! Guide contours: a boundary in plan, offset inwards again and again, splitting where it must.
+//!
+//! A [`Contour`] is a closed curve of lines, arcs and NURBS curves, a [`Region`] what lies inside one and outside of islands. Its
+//! [`inset`](Region::inset) is all that is further than a distance from the boundary: a list of [`Area`]s, each of which can be inset
+//! further with its own distance, until nothing is left.
+//!
+//! Lines and arcs are offset exactly: a line becomes a parallel line, an arc a concentric one, a corner that points into the region an
+//! arc around it. A free-form curve is taken by chords within a tolerance, once, before the first offset: two boundaries that are
+//! within `ε` of each other have distance functions that differ by at most `ε`, so that every ring made from the chords, however far
+//! in, is within `ε` of its distance from the curve, and the errors of nested insets do not add up.
+//!
+//! Source: Piegl, Tiller, "Computing offsets of NURBS curves and surfaces", CAD 31 (1999), for the number of chords.
+
+mod area;
+mod contour;
+mod crossing;
+mod depth;
+mod element;
+mod error;
+mod freeform;
+mod offset;
+mod region;
+mod tree;
+
+pub use area::{Area, Corner, Ring};
+pub use contour::{CURVE_TOLERANCE_MM, Contour, MAX_ELEMENTS, Piece};
+pub use error::GuideError;
+pub use region::Region;
