@@ -4,7 +4,9 @@
 
 mod cutter;
 mod design;
+pub mod drop;
 pub mod fit;
+pub mod mesh;
 pub mod stepover;
 
 pub use cutter::{Cutter, CutterError};
