@@ -4,8 +4,10 @@
 
 mod cutter;
 mod design;
+pub mod drop;
 pub mod fit;
 pub mod guide;
+pub mod mesh;
 pub mod plan;
 pub mod stepover;
 

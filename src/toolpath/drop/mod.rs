@@ -1,0 +1,16 @@
+//! The drop cutter: where a ball, a flat end or a bull-nose comes to rest on a surface.
+
+mod facet;
+mod mesh;
+
+use nalgebra::Vector2;
+use rayon::prelude::*;
+
+pub use mesh::MeshSurface;
+
+use super::{Cutter, DesignSurface, Rest};
+
+/// The cutter at rest above each of many points, on all cores; the same results whatever their number.
+pub fn rests<S: DesignSurface + ?Sized>(surface: &S, cutter: &Cutter, points_mm: &[Vector2<f64>]) -> Vec<Option<Rest>> {
+    points_mm.par_iter().with_min_len(64).map(|at| surface.rest(cutter, at.x, at.y)).collect()
+}
