@@ -41,6 +41,7 @@ pub mod feedrate;
 pub mod interpolator;
 pub mod lane;
 pub mod limits;
+pub mod machining;
 pub mod nc;
 pub mod optimize;
 pub mod path;
