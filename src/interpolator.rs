@@ -6,8 +6,8 @@
 
 use nalgebra::SVector;
 
-use crate::feedrate::Motion;
-use crate::path::{Cursor, Path};
+use crate::feedrate::{Motion, MotionSample};
+use crate::path::{Cursor, Frame, Path};
 
 /// The commanded state of the tool at one sample.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -30,6 +30,27 @@ pub struct Setpoint<const D: usize> {
     pub acceleration_mm_s2: SVector<f64, D>,
     /// Jerk `j t + 3 v a k + v³ k'` \[mm/s³\].
     pub jerk_vector_mm_s3: SVector<f64, D>,
+}
+
+impl<const D: usize> Setpoint<D> {
+    /// The setpoint of a motion on a point of its path.
+    #[inline]
+    pub(crate) fn of(time_s: f64, motion: &MotionSample, frame: &Frame<D>) -> Self {
+        let (v, a) = (motion.feed_mm_s, motion.accel_mm_s2);
+        Self {
+            time_s,
+            s_mm: motion.s_mm,
+            feed_mm_s: v,
+            accel_mm_s2: a,
+            jerk_mm_s3: motion.jerk_mm_s3,
+            position_mm: frame.point_mm,
+            velocity_mm_s: frame.tangent * v,
+            acceleration_mm_s2: frame.tangent * a + frame.curvature_1_mm * (v * v),
+            jerk_vector_mm_s3: frame.tangent * motion.jerk_mm_s3
+                + frame.curvature_1_mm * (3.0 * v * a)
+                + frame.curvature_rate_1_mm2 * (v * v * v),
+        }
+    }
 }
 
 /// A stream of setpoints along a path. Memory does not grow with the path.
@@ -72,20 +93,7 @@ impl<'a, const D: usize> Interpolator<'a, D> {
         // A remainder of rounding size is no further period: the last setpoint stands on the end all the same.
         let m = self.motion.at(if k >= self.end && self.end > 0 { f64::INFINITY } else { time_s });
         let frame = self.path.frame(m.s_mm, &mut self.cursor);
-        let (v, a) = (m.feed_mm_s, m.accel_mm_s2);
-        Setpoint {
-            time_s,
-            s_mm: m.s_mm,
-            feed_mm_s: v,
-            accel_mm_s2: a,
-            jerk_mm_s3: m.jerk_mm_s3,
-            position_mm: frame.point_mm,
-            velocity_mm_s: frame.tangent * v,
-            acceleration_mm_s2: frame.tangent * a + frame.curvature_1_mm * (v * v),
-            jerk_vector_mm_s3: frame.tangent * m.jerk_mm_s3
-                + frame.curvature_1_mm * (3.0 * v * a)
-                + frame.curvature_rate_1_mm2 * (v * v * v),
-        }
+        Setpoint::of(time_s, &m, &frame)
     }
 }
 

@@ -244,19 +244,19 @@ impl<const A: usize> SummaryObserver<A> {
 
 impl<const A: usize> Observer<A> for SummaryObserver<A> {
     fn begin(&mut self, plan: &RunPlan<'_, A>) -> Result<(), ObserverError> {
-        let peaks = plan.motion.peaks();
+        let totals = &plan.totals;
         // A second run starts anew.
         *self = Self::new(std::mem::take(&mut self.name))
             .with_n_c(self.n_c, self.n_c_search.take())
             .with_recording(self.recording.take());
         self.limits = *plan.limits;
         self.planned = plan.samples;
-        self.path_length_mm = plan.path.length_mm();
-        self.max_curvature_1_mm = plan.path.max_curvature_1_mm();
-        self.motion_time_s = plan.motion.total_s();
-        self.feed_mm_s = plan.motion.feed_mm_s();
-        self.peak_accel_mm_s2 = peaks.accel_mm_s2;
-        self.peak_jerk_mm_s3 = peaks.jerk_mm_s3;
+        self.path_length_mm = totals.length_mm;
+        self.max_curvature_1_mm = totals.max_curvature_1_mm;
+        self.motion_time_s = totals.time_s;
+        self.feed_mm_s = totals.feed_mm_s;
+        self.peak_accel_mm_s2 = totals.peaks.accel_mm_s2;
+        self.peak_jerk_mm_s3 = totals.peaks.jerk_mm_s3;
         self.period_s = plan.settings.period_s;
         Ok(())
     }

@@ -29,7 +29,7 @@ fn facts(name: &str, path: &dyn Path<2>, feed_mm_s: f64) -> RunFacts {
     RunFacts {
         name: name.to_owned(),
         period_s: 1e-3,
-        voltage_limit_v: [5.0; 2],
+        voltage_limit_v: [5.0; 3],
         limits: vec![
             LimitCheck { name: "contour_error_um".to_owned(), value: 13.1, limit: 30.0, kept: true },
             LimitCheck { name: "accel_mm_s2".to_owned(), value: 1777.7, limit: 2000.0, kept: true },
@@ -239,7 +239,7 @@ fn sample(k: u64) -> PlotSample {
         command_mm: [t.cos(), t.sin()],
         actual_mm: [1.01 * t.cos(), 1.02 * t.sin()],
         nearest_mm: [1.001 * t.cos(), 1.002 * t.sin()],
-        voltage_v: [(5.0 * t).sin(), (7.0 * t).cos()],
+        voltage_v: [(5.0 * t).sin(), (7.0 * t).cos(), (9.0 * t).cos()],
         contour_error_um: (11.0 * t).sin(),
         tracking_error_um: 2.0 + (13.0 * t).sin(),
     }
@@ -260,7 +260,7 @@ type Setter = fn(&mut PlotSample, f64);
 /// Reads it.
 type Getter = fn(&PlotSample) -> f64;
 
-const SIGNALS: [(&str, Setter, Getter); 14] = [
+const SIGNALS: [(&str, Setter, Getter); 15] = [
     ("s", |s, v| s.s_mm = v, |s| s.s_mm),
     ("feed", |s, v| s.feed_mm_s = v, |s| s.feed_mm_s),
     ("accel", |s, v| s.accel_mm_s2 = v, |s| s.accel_mm_s2),
@@ -273,6 +273,7 @@ const SIGNALS: [(&str, Setter, Getter); 14] = [
     ("nearest y", |s, v| s.nearest_mm[1] = v, |s| s.nearest_mm[1]),
     ("voltage x", |s, v| s.voltage_v[0] = v, |s| s.voltage_v[0]),
     ("voltage y", |s, v| s.voltage_v[1] = v, |s| s.voltage_v[1]),
+    ("voltage z", |s, v| s.voltage_v[2] = v, |s| s.voltage_v[2]),
     ("contour", |s, v| s.contour_error_um = v, |s| s.contour_error_um),
     ("tracking", |s, v| s.tracking_error_um = v, |s| s.tracking_error_um),
 ];
@@ -335,7 +336,7 @@ fn samples_that_are_not_finite_are_skipped_and_the_reader_is_told() {
     }
     data.push(&PlotSample { time_s: f64::NAN, ..sample(1) });
     data.push(&sample(2));
-    assert_eq!((data.skipped(), data.samples().len()), (4 * 14 + 1, 1));
+    assert_eq!((data.skipped(), data.samples().len()), (4 * 15 + 1, 1));
     let said = texts(&svg(&[data], PlotKind::Voltage));
     assert!(said.iter().any(|t| t.starts_with("57 samples left out")), "{said:#?}");
 }
@@ -374,7 +375,7 @@ fn awkward() -> Vec<(&'static str, RunData)> {
     let limited = |limit: f64| {
         let names = ["contour_error_um", "accel_mm_s2", "jerk_mm_s3"];
         let limits = names.map(|name| LimitCheck { name: name.to_owned(), value: 1.0, limit, kept: false }).to_vec();
-        RunFacts { limits, voltage_limit_v: [limit; 2], period_s: limit, ..full.clone() }
+        RunFacts { limits, voltage_limit_v: [limit; 3], period_s: limit, ..full.clone() }
     };
     let points = |p: [[f64; 2]; 2]| RunFacts { desired_path_mm: p.to_vec(), closed: true, ..full.clone() };
     vec![
@@ -410,7 +411,7 @@ fn awkward() -> Vec<(&'static str, RunData)> {
                 full.clone(),
                 &many(&|k, s| {
                     let side = if (k / 20) % 2 == 0 { 5.0 } else { -5.0 };
-                    s.voltage_v = [side, -side];
+                    s.voltage_v = [side, -side, 0.0];
                     s.actual_mm = [1e4 * (k as f64 * 0.1).sin(), side];
                     s.contour_error_um = 1e7 * (k as f64 * 0.1).sin();
                 }),
@@ -470,7 +471,7 @@ fn an_infinite_jerk_is_called_so() {
 fn limits_far_above_the_curves_are_named_but_do_not_flatten_them() {
     let mut data = one();
     data.facts_mut().limits[0].limit = 5000.0;
-    data.facts_mut().voltage_limit_v = [400.0; 2];
+    data.facts_mut().voltage_limit_v = [400.0; 3];
     assert_says(&texts(&svg(&[data.clone()], PlotKind::Contour)), &["limit ± 5000 µm (off scale)"]);
     assert_says(&texts(&svg(&[data], PlotKind::Voltage)), &["saturation ± 400 V (off scale)"]);
 }

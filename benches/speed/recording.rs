@@ -24,7 +24,7 @@ pub(crate) fn bench(quick: bool) {
     let simulation = Simulation::new(&path, &motion, axes, settings).expect("a run");
     let samples = simulation.samples();
     let periods: Vec<Period<2>> = simulation.collect();
-    let plan = RunPlan { path: &path, motion: &motion, settings: &settings, axes: &axes, limits: &limits, samples };
+    let plan = RunPlan::new(&path, &motion, &settings, &axes, &limits, samples);
     let mut figures = SummaryObserver::<2>::new("bench");
     figures.begin(&plan).expect("a summary begins");
     for period in &periods {

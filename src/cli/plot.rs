@@ -139,7 +139,7 @@ fn sample(servo: &Servo) -> PlotSample {
         command_mm: [servo.x.command_mm, servo.y.command_mm],
         actual_mm: [servo.x.actual_mm, servo.y.actual_mm],
         nearest_mm: [servo.nearest.x_mm, servo.nearest.y_mm],
-        voltage_v: [servo.x.voltage_v, servo.y.voltage_v],
+        voltage_v: [servo.x.voltage_v, servo.y.voltage_v, 0.0],
         contour_error_um: servo.contour_error_um,
         tracking_error_um: servo.tracking_error_um,
     }
@@ -152,7 +152,8 @@ fn facts(path: &Path, recording: &Recording) -> RunFacts {
     let mut facts = RunFacts {
         name: recording.run.get("name").cloned().unwrap_or_else(stem),
         period_s: planned("period_s").unwrap_or(0.0),
-        voltage_limit_v: ["voltage_limit_x_v", "voltage_limit_y_v"].map(|key| planned(key).unwrap_or(0.0)),
+        voltage_limit_v: ["voltage_limit_x_v", "voltage_limit_y_v", "voltage_limit_z_v"]
+            .map(|key| planned(key).unwrap_or(0.0)),
         closed: desired_path_mm.len() > 2 && desired_path_mm.first() == desired_path_mm.last(),
         desired_path_mm,
         warning: recording.cut_short.as_ref().map(|_| "the recording was cut short".to_owned()),

@@ -9,7 +9,7 @@ use std::f64::consts::PI;
 
 use nalgebra::SVector;
 
-use crate::path::{Cursor, Path, nearest_in_window};
+use crate::path::{Cursor, Foot, Path, nearest_in_window};
 
 pub(crate) use local::Neighbourhood;
 
@@ -22,6 +22,16 @@ pub struct ContourError<const D: usize> {
     pub nearest_mm: SVector<f64, D>,
     /// Its arc length \[mm\].
     pub s_mm: f64,
+}
+
+impl<const D: usize> ContourError<D> {
+    /// The error of the tool at `actual_mm` whose nearest point is `foot`, so far away.
+    #[inline]
+    pub(crate) fn of(actual_mm: &SVector<f64, D>, foot: &Foot<D>, distance_mm: f64) -> Self {
+        let away = actual_mm - foot.point_mm;
+        let left = if D >= 2 { foot.tangent[0] * away[1] - foot.tangent[1] * away[0] } else { away[0] };
+        Self { signed_mm: distance_mm.copysign(left), nearest_mm: foot.point_mm, s_mm: foot.s_mm }
+    }
 }
 
 /// Measures the contouring error sample by sample, each search starting from the previous nearest point.
@@ -53,12 +63,6 @@ impl<'a, const D: usize> ContourMeter<'a, D> {
         // The floor keeps the previous foot in reach where rounding alone separates tool and setpoint.
         let reach = PI * (actual_mm - setpoint_mm).norm() + 1e-6;
         let nearest = nearest_in_window(self.path, actual_mm, s_mm, reach, &mut self.cursor);
-        let away = actual_mm - nearest.foot.point_mm;
-        let left = if D >= 2 { nearest.foot.tangent[0] * away[1] - nearest.foot.tangent[1] * away[0] } else { away[0] };
-        ContourError {
-            signed_mm: nearest.distance_mm.copysign(left),
-            nearest_mm: nearest.foot.point_mm,
-            s_mm: nearest.foot.s_mm,
-        }
+        ContourError::of(actual_mm, &nearest.foot, nearest.distance_mm)
     }
 }

@@ -1,7 +1,7 @@
 //! Feedrate: time-dependent phases and the motion `s(t)` along a length.
 //!
 //! A [`Phase`] takes the feed from rest to the commanded feed; [`Motion`] strings acceleration, cruise and the mirrored
-//! deceleration together along a path of a given length. Feedrate `V` in mm/s, phase length `T` in s, `τ = t/T ∈ [0, 1]`.
+//! deceleration together along a path of a given length. [`LookAhead`] does so along a stream of pieces with their own limits. Feedrate `V` in mm/s, phase length `T` in s, `τ = t/T ∈ [0, 1]`.
 //!
 //! | profile | acceleration | source |
 //! |---|---|---|
@@ -12,16 +12,20 @@
 mod bernstein;
 mod exponential;
 mod jerk_limited;
+mod look_ahead;
 mod motion;
 mod n_c;
 mod phase;
+mod span;
 
 pub use bernstein::{BernsteinPhase, FeedState};
 pub use exponential::{ExponentialPhase, N_C_RANGE};
 pub use jerk_limited::JerkLimitedPhase;
+pub use look_ahead::{LookAhead, MAX_LOOK_AHEAD, PathPiece};
 pub use motion::{Motion, Profile};
 pub use n_c::{N_C_SEARCH_RANGE, optimize_n_c};
 pub use phase::{MotionPeaks, MotionSample, Phase};
+pub use span::Span;
 
 /// Why a motion could not be planned.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]

@@ -1,5 +1,36 @@
-//! From tool paths to programs, and from programs to parts.
+//! NC programs: from a tool path to a program, and through the machine: from blocks to motion, and through the same closed loop
+//! as any other path.
+//!
+//! | step | what does it |
+//! |---|---|
+//! | a block to a curve in space that knows its arc length | [`Shape`], [`Shapes`] |
+//! | how fast it may be run | [`Machine`]: rapid feed, acceleration, jerk, lateral acceleration, velocity step at corners |
+//! | when | [`LookAhead`](crate::feedrate::LookAhead) |
+//! | what is known of a program without simulating it | [`ProgramFacts`] |
+//! | a tool path to blocks | [`program`] |
+//! | one control period after another | [`ProgramRun`], a stream of [`ProgramPeriod`]s |
+//!
+//! # Conventions
+//! - Rapid motion (`G00`) is a straight line at the rapid feed along it, all axes together; a control may move each at its own pace.
+//! - Between rapid motion and motion at the feed, and at a dwell, the machine stops. Spindle, coolant and other words that move
+//!   nothing take no time.
+//! - Blocks join exactly: each begins where the one before ends, also where a program's rounding leaves up to
+//!   [`JOIN_TOLERANCE_MM`](crate::nc::JOIN_TOLERANCE_MM) between them. Motions shorter than 1e-6 mm are left out.
+//! - Memory does not grow with the program: blocks are read as they are needed.
 
+mod error;
+mod facts;
+mod feed;
+mod machine;
 mod program_text;
+mod run;
+mod shape;
+mod stream;
+mod window;
 
-pub use program_text::{Feeds, Shape, program};
+pub use error::{MotionFault, ProgramError};
+pub use facts::{BlockCounts, MAX_DRAWN_POINTS, ProgramFacts};
+pub use machine::Machine;
+pub use program_text::{Blocks, Feeds, program};
+pub use run::{ProgramPeriod, ProgramRun};
+pub use shape::{Motion, Shape, Shapes};

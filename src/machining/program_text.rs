@@ -17,7 +17,7 @@ pub struct Feeds {
 
 /// What the motions on the surface are written as.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
-pub enum Shape {
+pub enum Blocks {
     /// One NURBS curve a ring.
     #[default]
     Nurbs,
@@ -27,7 +27,7 @@ pub enum Shape {
 
 /// The blocks of a tool path. Rounding them by at most [`rounding_mm`](crate::toolpath::plan::Facts::rounding_mm) keeps what
 /// the path promises: a [`Writing`](crate::nc::Writing)'s tolerance.
-pub fn program(path: &ToolPath, feeds: &Feeds, shape: Shape) -> Program {
+pub fn program(path: &ToolPath, feeds: &Feeds, as_blocks: Blocks) -> Program {
     let mut blocks = Vec::new();
     let mut at: Option<Vector3<f64>> = None;
     let mut push = |from: Vector3<f64>, to: Vector3<f64>, feed_mm_min: Option<f64>, action: Action| {
@@ -41,9 +41,9 @@ pub fn program(path: &ToolPath, feeds: &Feeds, shape: Shape) -> Program {
             Move::Plunge { .. } => push(start, end, Some(feeds.plunge_mm_min), Action::Linear),
             Move::Cut(stretch) | Move::Link(stretch) => {
                 let Stretch { curve, straight_mm } = stretch;
-                match shape {
-                    Shape::Nurbs => push(start, end, Some(feeds.cut_mm_min), Action::Nurbs(nurbs(curve))),
-                    Shape::Straight => {
+                match as_blocks {
+                    Blocks::Nurbs => push(start, end, Some(feeds.cut_mm_min), Action::Nurbs(nurbs(curve))),
+                    Blocks::Straight => {
                         for leg in straight_mm.windows(2) {
                             push(leg[0], leg[1], Some(feeds.cut_mm_min), Action::Linear);
                         }

@@ -9,6 +9,7 @@
 //! | [`PhSpline`] | B-spline control points or nodal points; C2, with exact arc length |
 //! | [`Line`] | two points |
 //! | [`Circle`] | centre, radius, start angle, direction |
+//! | [`Helix`] | an arc in space: two ends, centre, plane, sweep |
 //! | [`NurbsPath`] | a [`NurbsCurve`]: degree, knots, control points, weights; in any dimension |
 //! | [`Polyline`] | points, joined by straight lines with exact corners; in any dimension |
 //!
@@ -19,6 +20,7 @@ mod bspline;
 mod circle;
 mod descent;
 mod graph;
+mod helix;
 mod line;
 mod nearest;
 pub mod nurbs;
@@ -33,6 +35,7 @@ use nalgebra::SVector;
 
 pub use circle::Circle;
 pub use graph::{GRAPH_ERROR_MM, Graph};
+pub use helix::Helix;
 pub use line::Line;
 pub use nearest::{Nearest, nearest_in_window};
 pub use nurbs::{NurbsCurve, NurbsError, NurbsPath, NurbsSurface};

@@ -78,10 +78,50 @@ fixed_message! {
     }
 }
 
+fixed_message! {
+    "servosim/Servo3.proto"
+    /// All signals of one control period of a machine with three axes: those of [`Servo`] under the same numbers, so that it can be
+    /// read as one, then those of the third axis and the place in the program.
+    pub struct Servo3 {
+        /// Time `k Δt` \[s\].
+        1 => [double] time_s: f64,
+        /// Motion along the path.
+        2 => [message] path: PathSignals,
+        /// The x axis.
+        3 => [message] x: AxisSignals,
+        /// The y axis.
+        4 => [message] y: AxisSignals,
+        /// Signed distance of the tool from the desired path, positive to the left of the direction of travel seen from +Z \[µm\].
+        5 => [double] contour_error_um: f64,
+        /// Distance of the tool from the setpoint \[µm\].
+        6 => [double] tracking_error_um: f64,
+        /// Where on the desired path the contouring error is measured from.
+        7 => [message] nearest: Nearest,
+        /// The z axis.
+        8 => [message] z: AxisSignals,
+        /// Z of the nearest point \[mm\].
+        9 => [double] nearest_z_mm: f64,
+        /// Line of the program, from 1; 0 where there is none.
+        10 => [double] line: f64,
+        /// Whether the block is rapid motion.
+        11 => [bool] rapid: bool,
+    }
+}
+
 // The fast encoding writes the length of an inner message in one byte.
 const _: () = assert!(PathSignals::LENGTH < 128 && AxisSignals::LENGTH < 128 && Nearest::LENGTH < 128);
 
 impl Servo {
+    /// The encoded message, which always has the same length.
+    #[inline]
+    pub(crate) fn to_bytes(self) -> [u8; Self::LENGTH] {
+        let mut bytes = [0; Self::LENGTH];
+        self.put_fields(&mut bytes, 0);
+        bytes
+    }
+}
+
+impl Servo3 {
     /// The encoded message, which always has the same length.
     #[inline]
     pub(crate) fn to_bytes(self) -> [u8; Self::LENGTH] {
@@ -122,6 +162,23 @@ mod tests {
         };
         for servo in [servo, Servo::default()] {
             assert_eq!(servo.to_bytes()[..], servo.encode_to_vec());
+            let Servo { time_s, path, x, y, contour_error_um, tracking_error_um, nearest } = servo;
+            let z = axis(3.5, true);
+            let three = Servo3 {
+                time_s,
+                path,
+                x,
+                y,
+                contour_error_um,
+                tracking_error_um,
+                nearest,
+                z,
+                nearest_z_mm: 12.0,
+                line: 13.0,
+                rapid: true,
+            };
+            assert_eq!(three.to_bytes()[..], three.encode_to_vec());
+            assert_eq!(Servo::decode(&three.to_bytes()[..]).unwrap().to_bytes(), servo.to_bytes(), "read as two axes");
         }
     }
 }

@@ -14,7 +14,7 @@ use sha2::{Digest, Sha256};
 use super::error::ReadError;
 use super::fields::{self, Fields};
 use super::foxglove::{Level, Log, SceneUpdate};
-use super::messages::Servo;
+use super::messages::{Servo, Servo3};
 use super::scene::DESIRED;
 use super::schema::Described;
 use super::{LOG_TOPIC, PLAN_METADATA, RUN_METADATA, SCENARIO_NAME, SCENE_TOPIC, SERVO_TOPIC, SUMMARY_NAME};
@@ -308,7 +308,7 @@ impl<V: FnMut(&Servo) -> io::Result<()>> Scan<'_, V> {
         let is = |topic: &str, name: String| {
             channel.topic == topic && schema == name && channel.message_encoding == "protobuf"
         };
-        let content = if is(SERVO_TOPIC, Servo::full_name()) {
+        let content = if is(SERVO_TOPIC, Servo::full_name()) || is(SERVO_TOPIC, Servo3::full_name()) {
             Content::Servo
         } else if is(SCENE_TOPIC, SceneUpdate::full_name()) {
             Content::Scene

@@ -13,14 +13,14 @@ use prost::Message;
 use super::error::{RecordingError, into_io};
 use super::foxglove::{Level, Log, SceneUpdate};
 use super::log::{self, Thinning};
-use super::messages::{AxisSignals, Nearest, PathSignals, Servo};
+use super::messages::{AxisSignals, Nearest, PathSignals, Servo, Servo3};
 use super::place::Place;
 use super::reader::hex_sha256;
 use super::scene::Scene;
 use super::schema::Described;
 use super::{LOG_TOPIC, PLAN_METADATA, RUN_METADATA, SCENARIO_NAME, SCENE_TOPIC, SERVO_TOPIC, SUMMARY_NAME};
-use crate::limits::{Event, Limits};
-use crate::simulation::{Observer, ObserverError, Period, RunPlan};
+use crate::limits::{AXIS_NAMES, Event, Limits};
+use crate::simulation::{Observer, ObserverError, Period, Place as BlockPlace, RunPlan};
 use crate::summary::Summary;
 
 /// Messages are written to the file in chunks of about this size; a killed run loses at most one.
@@ -79,6 +79,8 @@ struct Run {
     time_ns: u64,
     /// The next sample that may come.
     next: u64,
+    /// Where in its program the run is.
+    place: BlockPlace,
     scene_messages: u32,
     log_messages: u32,
 }
@@ -239,7 +241,11 @@ impl<W: Write> Recorder<W> {
         result.map_err(|error| self.fail(error))
     }
 
-    fn metadata<const N: usize>(&mut self, name: &str, pairs: [(&str, String); N]) -> Result<(), RecordingError> {
+    fn metadata<'k>(
+        &mut self,
+        name: &str,
+        pairs: impl IntoIterator<Item = (&'k str, String)>,
+    ) -> Result<(), RecordingError> {
         let metadata = pairs.into_iter().map(|(key, value)| (key.to_owned(), value)).collect();
         let metadata = Metadata { name: name.to_owned(), metadata };
         self.write(|output, _| output.write_metadata(&metadata))
@@ -300,47 +306,52 @@ impl<W: Write> Recorder<W> {
         self.message(Topic::Scene, sequence)
     }
 
-    fn begin_run(&mut self, plan: &RunPlan<'_, 2>) -> Result<(), RecordingError> {
+    fn begin_run<const A: usize, M: Described>(&mut self, plan: &RunPlan<'_, A>) -> Result<(), RecordingError> {
         if self.run.is_some() {
             return Err(self.out_of_order("a recording holds one run"));
         }
         let (scene, desired) = Scene::begin(plan);
         let period_s = plan.settings.period_s;
-        let [x, y] = plan.axes;
         let Limits { contour_error_um, .. } = plan.limits;
+        // Sorted by their keys when they are written.
+        let limits_v = AXIS_NAMES.iter().zip(plan.axes).map(|(name, axis)| (format!("voltage_limit_{name}_v"), axis));
+        let limits_v: Vec<_> = limits_v.map(|(key, axis)| (key, axis.drive.voltage_limit_v.to_string())).collect();
         self.metadata(
             PLAN_METADATA,
             [
                 ("contour_error_limit_um", contour_error_um.map(|limit| limit.to_string()).unwrap_or_default()),
                 ("error_magnification", scene.magnification.to_string()),
-                ("path_length_mm", plan.path.length_mm().to_string()),
-                ("motion_time_s", plan.motion.total_s().to_string()),
+                ("path_length_mm", plan.totals.length_mm.to_string()),
+                ("motion_time_s", plan.totals.time_s.to_string()),
                 ("period_s", period_s.to_string()),
                 ("samples", plan.samples.to_string()),
-                ("voltage_limit_x_v", x.drive.voltage_limit_v.to_string()),
-                ("voltage_limit_y_v", y.drive.voltage_limit_v.to_string()),
-            ],
+            ]
+            .into_iter()
+            .chain(limits_v.iter().map(|(key, value)| (key.as_str(), value.clone()))),
         )?;
         let channels = [
-            self.channel::<Servo>(SERVO_TOPIC)?,
+            self.channel::<M>(SERVO_TOPIC)?,
             self.channel::<SceneUpdate>(SCENE_TOPIC)?,
             self.channel::<Log>(LOG_TOPIC)?,
         ];
         let first = format!(
             "run {}: {} samples of {period_s} s along {:.3} mm",
-            self.facts.name,
-            plan.samples,
-            plan.path.length_mm()
+            self.facts.name, plan.samples, plan.totals.length_mm
         );
-        let thinning = Thinning::default();
-        self.run = Some(Run { channels, scene, thinning, time_ns: 0, next: 0, scene_messages: 0, log_messages: 0 });
+        let (thinning, place) = (Thinning::default(), BlockPlace::default());
+        self.run =
+            Some(Run { channels, scene, thinning, time_ns: 0, next: 0, place, scene_messages: 0, log_messages: 0 });
         self.log(0, Level::Info, first)?;
         encode(&mut self.buffer, &desired);
         self.message(Topic::Scene, 0)
     }
 
     #[inline]
-    fn add_period(&mut self, period: &Period<2>) -> Result<(), RecordingError> {
+    fn add_period<const A: usize, const N: usize>(
+        &mut self,
+        period: &Period<A>,
+        bytes: impl FnOnce(&Period<A>, &BlockPlace) -> [u8; N],
+    ) -> Result<(), RecordingError> {
         let Some(run) = &mut self.run else {
             return Err(self.out_of_order("the run has not begun"));
         };
@@ -354,7 +365,7 @@ impl<W: Write> Recorder<W> {
         run.time_ns = run.time_ns.max(nanos(period.time_s));
         let due = run.scene.add(period);
         self.buffer.clear();
-        self.buffer.extend_from_slice(&servo(period).to_bytes());
+        self.buffer.extend_from_slice(&bytes(period, &run.place));
         self.message(Topic::Servo, sequence)?;
         if due { self.piece() } else { Ok(()) }
     }
@@ -372,12 +383,34 @@ impl<W: Write> Recorder<W> {
 
 impl<W: Write> Observer<2> for Recorder<W> {
     fn begin(&mut self, plan: &RunPlan<'_, 2>) -> Result<(), ObserverError> {
-        Ok(self.begin_run(plan)?)
+        Ok(self.begin_run::<2, Servo>(plan)?)
     }
 
     #[inline]
     fn period(&mut self, period: &Period<2>) -> Result<(), ObserverError> {
-        Ok(self.add_period(period)?)
+        Ok(self.add_period(period, |period, _| servo(period).to_bytes())?)
+    }
+
+    fn event(&mut self, event: &Event) -> Result<(), ObserverError> {
+        Ok(self.add_event(event)?)
+    }
+}
+
+impl<W: Write> Observer<3> for Recorder<W> {
+    fn begin(&mut self, plan: &RunPlan<'_, 3>) -> Result<(), ObserverError> {
+        Ok(self.begin_run::<3, Servo3>(plan)?)
+    }
+
+    fn place(&mut self, place: &BlockPlace) -> Result<(), ObserverError> {
+        if let Some(run) = &mut self.run {
+            run.place = *place;
+        }
+        Ok(())
+    }
+
+    #[inline]
+    fn period(&mut self, period: &Period<3>) -> Result<(), ObserverError> {
+        Ok(self.add_period(period, |period, place| servo3(period, place).to_bytes())?)
     }
 
     fn event(&mut self, event: &Event) -> Result<(), ObserverError> {
@@ -391,12 +424,11 @@ impl<W: Write> Drop for Recorder<W> {
     }
 }
 
-/// A period as its message.
+/// The signals of one axis of a period.
 #[inline]
-pub(crate) fn servo(period: &Period<2>) -> Servo {
-    let setpoint = &period.setpoint;
-    let [x, y] = &period.axes;
-    let axis = |signals: &crate::servo::AxisSignals, velocity: f64, accel: f64, jerk: f64| AxisSignals {
+fn axis<const A: usize>(period: &Period<A>, axis: usize) -> AxisSignals {
+    let (setpoint, signals) = (&period.setpoint, &period.axes[axis]);
+    AxisSignals {
         command_mm: signals.command_mm,
         actual_mm: signals.actual_mm,
         velocity_command_rad_s: signals.velocity_command_rad_s,
@@ -404,24 +436,51 @@ pub(crate) fn servo(period: &Period<2>) -> Servo {
         torque_nm: signals.torque_nm,
         voltage_v: signals.voltage_v,
         saturated: signals.saturated,
-        setpoint_velocity_mm_s: velocity,
-        setpoint_accel_mm_s2: accel,
-        setpoint_jerk_mm_s3: jerk,
-    };
-    let (velocity, accel, jerk) = (setpoint.velocity_mm_s, setpoint.acceleration_mm_s2, setpoint.jerk_vector_mm_s3);
+        setpoint_velocity_mm_s: setpoint.velocity_mm_s[axis],
+        setpoint_accel_mm_s2: setpoint.acceleration_mm_s2[axis],
+        setpoint_jerk_mm_s3: setpoint.jerk_vector_mm_s3[axis],
+    }
+}
+
+#[inline]
+fn path_signals<const A: usize>(setpoint: &crate::interpolator::Setpoint<A>) -> PathSignals {
+    PathSignals {
+        s_mm: setpoint.s_mm,
+        feed_mm_s: setpoint.feed_mm_s,
+        accel_mm_s2: setpoint.accel_mm_s2,
+        jerk_mm_s3: setpoint.jerk_mm_s3,
+    }
+}
+
+/// A period as its message.
+#[inline]
+pub(crate) fn servo(period: &Period<2>) -> Servo {
     Servo {
         time_s: period.time_s,
-        path: PathSignals {
-            s_mm: setpoint.s_mm,
-            feed_mm_s: setpoint.feed_mm_s,
-            accel_mm_s2: setpoint.accel_mm_s2,
-            jerk_mm_s3: setpoint.jerk_mm_s3,
-        },
-        x: axis(x, velocity.x, accel.x, jerk.x),
-        y: axis(y, velocity.y, accel.y, jerk.y),
+        path: path_signals(&period.setpoint),
+        x: axis(period, 0),
+        y: axis(period, 1),
         contour_error_um: period.contour_error_um,
         tracking_error_um: period.tracking_error_um,
         nearest: Nearest { x_mm: period.nearest_mm.x, y_mm: period.nearest_mm.y, s_mm: period.nearest_s_mm },
+    }
+}
+
+/// A period of a machine with three axes as its message.
+#[inline]
+fn servo3(period: &Period<3>, place: &BlockPlace) -> Servo3 {
+    Servo3 {
+        time_s: period.time_s,
+        path: path_signals(&period.setpoint),
+        x: axis(period, 0),
+        y: axis(period, 1),
+        contour_error_um: period.contour_error_um,
+        tracking_error_um: period.tracking_error_um,
+        nearest: Nearest { x_mm: period.nearest_mm.x, y_mm: period.nearest_mm.y, s_mm: period.nearest_s_mm },
+        z: axis(period, 2),
+        nearest_z_mm: period.nearest_mm.z,
+        line: place.line as f64,
+        rapid: place.rapid,
     }
 }
 

@@ -1,12 +1,12 @@
 //! The picture on `/scene`: the desired path, the actual path and the error drawn large, piece by piece.
 
-use nalgebra::Vector2;
+use nalgebra::{SVector, Vector3};
 
 use super::foxglove::{
     Color, KeyValuePair, LinePrimitive, LineType, Point3, Pose, SceneEntity, SceneUpdate, TextPrimitive, Timestamp,
 };
 use crate::path::{Cursor, Path};
-use crate::simulation::{Period, RunPlan};
+use crate::simulation::{Desired, Period, RunPlan};
 
 /// Coordinate frame of every entity.
 const FRAME: &str = "servosim";
@@ -47,15 +47,18 @@ pub(crate) struct Scene {
     interval: u64,
     periods: u64,
     pieces: u64,
-    newest: (Vector2<f64>, Vector2<f64>),
-    kept: Option<(Vector2<f64>, Vector2<f64>)>,
+    newest: (Vector3<f64>, Vector3<f64>),
+    kept: Option<(Vector3<f64>, Vector3<f64>)>,
     piece: SceneUpdate,
 }
 
 impl Scene {
     /// The scene of a run and its first message: the desired path.
-    pub(crate) fn begin(plan: &RunPlan<'_, 2>) -> (Self, SceneUpdate) {
-        let points = sample(plan.path);
+    pub(crate) fn begin<const A: usize>(plan: &RunPlan<'_, A>) -> (Self, SceneUpdate) {
+        let points = match plan.desired {
+            Desired::Path(path) => sample(path),
+            Desired::Points(points) => thinned(points),
+        };
         let (low, high) = extent(&points);
         let extent_mm = (high - low).max();
         let limit_um = plan.limits.contour_error_um.filter(|limit| *limit > 0.0).unwrap_or(USUAL_LIMIT_UM);
@@ -82,7 +85,7 @@ impl Scene {
             interval: (plan.samples / 100).max(50),
             periods: 0,
             pieces: 0,
-            newest: (Vector2::zeros(), Vector2::zeros()),
+            newest: (Vector3::zeros(), Vector3::zeros()),
             kept: None,
             piece: SceneUpdate {
                 deletions: Vec::new(),
@@ -97,11 +100,11 @@ impl Scene {
 
     /// Takes a period; true when a piece is due.
     #[inline]
-    pub(crate) fn add(&mut self, period: &Period<2>) -> bool {
-        let actual = period.actual_mm;
-        let error = period.nearest_mm + self.magnification * (actual - period.nearest_mm);
+    pub(crate) fn add<const A: usize>(&mut self, period: &Period<A>) -> bool {
+        let (actual, nearest) = (space(&period.actual_mm), space(&period.nearest_mm));
+        let error = nearest + self.magnification * (actual - nearest);
         self.newest = (actual, error);
-        let far = |a: Vector2<f64>, b: Vector2<f64>| (a - b).amax() >= self.thinning_mm;
+        let far = |a: Vector3<f64>, b: Vector3<f64>| (a - b).amax() >= self.thinning_mm;
         self.since_kept += 1;
         let moved = |(kept_actual, kept_error)| far(actual, kept_actual) || far(error, kept_error);
         if self.kept.is_none_or(|kept| self.since_kept >= self.stride && moved(kept)) {
@@ -142,8 +145,8 @@ impl Scene {
         self.kept = Some(self.newest);
         self.since_kept = 0;
         if let Some([actual, error]) = self.piece.entities.first_mut().map(|entity| &mut entity.lines[..]) {
-            actual.points.push(point(self.newest.0));
-            error.points.push(point(self.newest.1));
+            actual.points.push(point3(self.newest.0));
+            error.points.push(point3(self.newest.1));
         }
     }
 
@@ -154,7 +157,7 @@ impl Scene {
 
 /// The desired path as a polyline whose chords miss it by a hundred-thousandth of its length, or by more where that takes
 /// more than [`MAX_DESIRED_POINTS`] points.
-fn sample(path: &dyn Path<2>) -> Vec<Point3> {
+fn sample<const A: usize>(path: &dyn Path<A>) -> Vec<Point3> {
     let length = path.length_mm();
     let mut cursor = Cursor::default();
     let mut chord_mm = 1e-5 * length;
@@ -170,7 +173,12 @@ fn sample(path: &dyn Path<2>) -> Vec<Point3> {
 }
 
 /// A chord over the arc length `h` misses a curve of curvature `κ` by at most `κ h²/8`.
-fn sample_within(path: &dyn Path<2>, length: f64, chord_mm: f64, cursor: &mut Cursor) -> Option<Vec<Point3>> {
+fn sample_within<const A: usize>(
+    path: &dyn Path<A>,
+    length: f64,
+    chord_mm: f64,
+    cursor: &mut Cursor,
+) -> Option<Vec<Point3>> {
     let longest = length / 16.0;
     let shortest = length / (16 * MAX_DESIRED_POINTS) as f64;
     let mut points = vec![point(path.point_mm(0.0, cursor))];
@@ -191,10 +199,10 @@ fn sample_within(path: &dyn Path<2>, length: f64, chord_mm: f64, cursor: &mut Cu
 }
 
 /// Lowest and highest coordinates.
-fn extent(points: &[Point3]) -> (Vector2<f64>, Vector2<f64>) {
-    let none = (Vector2::repeat(f64::INFINITY), Vector2::repeat(f64::NEG_INFINITY));
+fn extent(points: &[Point3]) -> (Vector3<f64>, Vector3<f64>) {
+    let none = (Vector3::repeat(f64::INFINITY), Vector3::repeat(f64::NEG_INFINITY));
     points.iter().fold(none, |(low, high), p| {
-        let p = Vector2::new(p.x, p.y);
+        let p = Vector3::new(p.x, p.y, p.z);
         (low.inf(&p), high.sup(&p))
     })
 }
@@ -215,8 +223,29 @@ fn round_125(value: f64) -> f64 {
     step * decade
 }
 
-fn point(p: Vector2<f64>) -> Point3 {
-    Point3 { x: p.x, y: p.y, z: 0.0 }
+/// The first three coordinates; a plane lies at z = 0.
+fn space<const A: usize>(p: &SVector<f64, A>) -> Vector3<f64> {
+    Vector3::from_fn(|axis, _| p.get(axis).copied().unwrap_or(0.0))
+}
+
+fn point<const A: usize>(p: SVector<f64, A>) -> Point3 {
+    point3(space(&p))
+}
+
+fn point3(p: Vector3<f64>) -> Point3 {
+    Point3 { x: p.x, y: p.y, z: p.z }
+}
+
+/// At most [`MAX_DESIRED_POINTS`] of the points, the last one among them.
+fn thinned<const A: usize>(points: &[SVector<f64, A>]) -> Vec<Point3> {
+    let stride = points.len().div_ceil(MAX_DESIRED_POINTS - 1).max(1);
+    let mut thin: Vec<Point3> = points.iter().step_by(stride).map(|p| point(*p)).collect();
+    if let Some(last) = points.last()
+        && (points.len() - 1) % stride != 0
+    {
+        thin.push(point(*last));
+    }
+    thin
 }
 
 fn entity(id: String, time_ns: u64, metadata: &[(&str, &str)]) -> SceneEntity {
@@ -245,6 +274,8 @@ fn line(points: Vec<Point3>, color: Color) -> LinePrimitive {
 
 #[cfg(test)]
 mod tests {
+    use nalgebra::Vector2;
+
     use super::*;
     use crate::path::{Circle, Line};
 

@@ -3,7 +3,7 @@
 use crate::feedrate::Motion;
 use crate::limits::LimitCheck;
 use crate::optimize::Step;
-use crate::simulation::{Observer, ObserverError, Period};
+use crate::simulation::{Observer, ObserverError, Period, RunPlan};
 
 /// Most buckets that a run is kept in. Up to this many samples every one is kept.
 pub const MAX_BUCKETS: usize = 8192;
@@ -18,8 +18,10 @@ pub struct RunFacts {
     pub name: String,
     /// Control period \[s\].
     pub period_s: f64,
+    /// Whether the machine has a third axis: its voltage is drawn too. Paths are drawn in plan.
+    pub three_axes: bool,
     /// Voltage limit of each axis \[V\]; not drawn unless positive and finite.
-    pub voltage_limit_v: [f64; 2],
+    pub voltage_limit_v: [f64; 3],
     /// Limits that the run was held to.
     pub limits: Vec<LimitCheck>,
     /// Points of the desired path \[mm\], dense enough to look smooth.
@@ -60,8 +62,8 @@ pub struct PlotSample {
     pub actual_mm: [f64; 2],
     /// The nearest point of the desired path \[mm\].
     pub nearest_mm: [f64; 2],
-    /// Voltage of each axis \[V\].
-    pub voltage_v: [f64; 2],
+    /// Voltage of each axis \[V\]; 0 of one that there is not.
+    pub voltage_v: [f64; 3],
     /// Signed contouring error \[µm\].
     pub contour_error_um: f64,
     /// Tracking error \[µm\].
@@ -69,15 +71,16 @@ pub struct PlotSample {
 }
 
 /// Number of signals in a sample, the time aside.
-const SIGNALS: usize = 14;
+const SIGNALS: usize = 15;
 
 impl PlotSample {
     /// Every signal but the time.
     fn signals(&self) -> [f64; SIGNALS] {
         let ([cx, cy], [ax, ay], [nx, ny]) = (self.command_mm, self.actual_mm, self.nearest_mm);
-        let [vx, vy] = self.voltage_v;
+        let [vx, vy, vz] = self.voltage_v;
         let (a, j) = (self.accel_mm_s2, self.jerk_mm_s3);
-        [self.s_mm, self.feed_mm_s, a, j, cx, cy, ax, ay, nx, ny, vx, vy, self.contour_error_um, self.tracking_error_um]
+        let errors = (self.contour_error_um, self.tracking_error_um);
+        [self.s_mm, self.feed_mm_s, a, j, cx, cy, ax, ay, nx, ny, vx, vy, vz, errors.0, errors.1]
     }
 
     fn is_finite(&self) -> bool {
@@ -86,7 +89,7 @@ impl PlotSample {
 }
 
 impl<const A: usize> From<&Period<A>> for PlotSample {
-    /// The first two axes of a period.
+    /// The path in plan, the voltages of up to three axes.
     fn from(period: &Period<A>) -> Self {
         let pair = |of: &dyn Fn(usize) -> f64| [0, 1].map(|axis| if axis < A { of(axis) } else { 0.0 });
         Self {
@@ -98,7 +101,7 @@ impl<const A: usize> From<&Period<A>> for PlotSample {
             command_mm: pair(&|axis| period.setpoint.position_mm[axis]),
             actual_mm: pair(&|axis| period.actual_mm[axis]),
             nearest_mm: pair(&|axis| period.nearest_mm[axis]),
-            voltage_v: pair(&|axis| period.axes[axis].voltage_v),
+            voltage_v: [0, 1, 2].map(|axis| if axis < A { period.axes[axis].voltage_v } else { 0.0 }),
             contour_error_um: period.contour_error_um,
             tracking_error_um: period.tracking_error_um,
         }
@@ -164,7 +167,7 @@ pub(super) struct Figures {
     pub(super) peak_feed_mm_s: f64,
     pub(super) peak_accel_mm_s2: f64,
     pub(super) peak_jerk_mm_s3: f64,
-    pub(super) peak_voltage_v: [f64; 2],
+    pub(super) peak_voltage_v: [f64; 3],
     contour_squares: f64,
 }
 
@@ -303,6 +306,11 @@ impl RunData {
 }
 
 impl<const A: usize> Observer<A> for RunData {
+    fn begin(&mut self, _plan: &RunPlan<'_, A>) -> Result<(), ObserverError> {
+        self.facts.three_axes = A > 2;
+        Ok(())
+    }
+
     fn period(&mut self, period: &Period<A>) -> Result<(), ObserverError> {
         self.push(&PlotSample::from(period));
         Ok(())

@@ -21,7 +21,7 @@ fn run(name: &str, samples: u32, duration_s: f64, size: f64) -> RunData {
     let mut data = RunData::new(RunFacts {
         name: name.to_owned(),
         period_s: 1e-3,
-        voltage_limit_v: [5.0, 10.0 * size],
+        voltage_limit_v: [5.0, 10.0 * size, 5.0],
         limits: vec![
             limit("contour_error_um", 30.0 * size),
             limit("accel_mm_s2", 2000.0),
@@ -46,7 +46,7 @@ fn run(name: &str, samples: u32, duration_s: f64, size: f64) -> RunData {
             command_mm: [size * share, wave],
             actual_mm: [size * share + 0.02 * size, wave],
             nearest_mm: [size * share, wave],
-            voltage_v: [4.5 * wave, -9.0 * size * wave],
+            voltage_v: [4.5 * wave, -9.0 * size * wave, wave],
             contour_error_um: 29.0 * size * wave,
             tracking_error_um: 100.0,
         });

@@ -6,14 +6,16 @@
 
 mod batch;
 mod course;
+mod drive;
 mod monitor;
+mod plan;
 
 use std::error::Error;
-use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::atomic::AtomicBool;
 
 use nalgebra::SVector;
 
-use crate::contour::ContourMeter;
+use crate::contour::{ContourError, ContourMeter};
 use crate::feedrate::Motion;
 use crate::interpolator::{Interpolator, Setpoint, periods};
 use crate::lane::{Kernel, vectorized};
@@ -21,7 +23,8 @@ use crate::limits::{Event, Limits};
 use crate::path::Path;
 use crate::servo::{AxisLoop, AxisParameters, AxisSignals, LoopSettings, ServoError};
 pub use course::{Course, MAX_COURSE_PERIODS, RunFigures};
-use monitor::Monitor;
+pub(crate) use drive::{Periods, drive};
+pub use plan::{Desired, RunPlan, RunTotals};
 
 /// Most control periods that a run may have (28 hours at 1 ms).
 pub const MAX_PERIODS: u64 = 100_000_000;
@@ -49,21 +52,34 @@ pub struct Period<const A: usize> {
     pub tracking_error_um: f64,
 }
 
-/// What an observer is told before the first period.
-#[derive(Clone, Copy)]
-pub struct RunPlan<'a, const A: usize> {
-    /// The desired path.
-    pub path: &'a dyn Path<A>,
-    /// The motion along it.
-    pub motion: &'a Motion,
-    /// Sampling of the loop.
-    pub settings: &'a LoopSettings,
-    /// The axes' parameters.
-    pub axes: &'a [AxisParameters; A],
-    /// The limits that the run is held to.
-    pub limits: &'a Limits,
-    /// How many periods the run has.
-    pub samples: u64,
+impl<const A: usize> Period<A> {
+    /// The period in which the axes answered to a setpoint.
+    #[inline]
+    pub(crate) fn of(k: u64, setpoint: Setpoint<A>, axes: [AxisSignals; A], error: &ContourError<A>) -> Self {
+        let actual_mm = SVector::from_fn(|axis, _| axes[axis].actual_mm);
+        Self {
+            k,
+            time_s: setpoint.time_s,
+            setpoint,
+            axes,
+            actual_mm,
+            nearest_mm: error.nearest_mm,
+            nearest_s_mm: error.s_mm,
+            contour_error_um: 1e3 * error.signed_mm,
+            tracking_error_um: 1e3 * (setpoint.position_mm - actual_mm).norm(),
+        }
+    }
+}
+
+/// Where in a program a period belongs to.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub struct Place {
+    /// Line of the program, from 1; 0 where its blocks come from no text.
+    pub line: usize,
+    /// Number of the block, from 0.
+    pub block: u64,
+    /// Whether it is rapid motion.
+    pub rapid: bool,
 }
 
 /// An observer's failure: any error.
@@ -77,6 +93,16 @@ pub trait Observer<const A: usize> {
     /// Ends the run.
     fn begin(&mut self, plan: &RunPlan<'_, A>) -> Result<(), ObserverError> {
         let _ = plan;
+        Ok(())
+    }
+
+    /// In the run of a program: before the first period of each of its motions that is run through (those that no sample falls on
+    /// are left out).
+    ///
+    /// # Errors
+    /// Ends the run.
+    fn place(&mut self, place: &Place) -> Result<(), ObserverError> {
+        let _ = place;
         Ok(())
     }
 
@@ -203,46 +229,25 @@ impl<'a, const A: usize> Simulation<'a, A> {
         stop: Option<&AtomicBool>,
         observers: &mut [&mut dyn Observer<A>],
     ) -> Result<Ending, SimulationError> {
-        let mut monitor = Monitor::new(limits, &self.settings);
         let (motion, settings, axes) = (self.motion, self.settings, self.parameters);
-        let plan = RunPlan {
-            path: self.path,
-            motion: &motion,
-            settings: &settings,
-            axes: &axes,
-            limits,
-            samples: self.samples(),
-        };
-        for observer in observers.iter_mut() {
-            observer.begin(&plan).map_err(SimulationError::Observer)?;
-        }
-        for period in self {
-            if !(period.contour_error_um.is_finite() && period.tracking_error_um.is_finite()) {
-                return Err(SimulationError::Diverged { time_s: period.time_s });
-            }
-            for observer in observers.iter_mut() {
-                observer.period(&period).map_err(SimulationError::Observer)?;
-            }
-            monitor.watch(&period, &mut |event| {
-                observers.iter_mut().try_for_each(|o| o.event(event).map_err(SimulationError::Observer))
-            })?;
-            let more = period.k + 1 < plan.samples;
-            if more && stop.is_some_and(|stop| stop.load(Ordering::Relaxed)) {
-                let event = Event::Interrupted { time_s: period.time_s };
-                for observer in observers.iter_mut() {
-                    observer.event(&event).map_err(SimulationError::Observer)?;
-                }
-                return Ok(Ending::Interrupted);
-            }
-        }
-        Ok(Ending::Complete)
+        let plan = RunPlan::new(self.path, &motion, &settings, &axes, limits, self.samples());
+        drive(self, &plan, stop, observers)
+    }
+}
+
+impl<const A: usize> Periods<A> for Simulation<'_, A> {
+    type Error = SimulationError;
+
+    #[inline]
+    fn next_period(&mut self) -> Result<Option<(Period<A>, Option<Place>)>, SimulationError> {
+        Ok(self.next().map(|period| (period, None)))
     }
 }
 
 /// One control period of every axis.
-struct StepAxes<'s, const A: usize> {
-    axes: &'s mut [AxisLoop; A],
-    setpoint: &'s Setpoint<A>,
+pub(crate) struct StepAxes<'s, const A: usize> {
+    pub(crate) axes: &'s mut [AxisLoop; A],
+    pub(crate) setpoint: &'s Setpoint<A>,
 }
 
 impl<const A: usize> Kernel for StepAxes<'_, A> {
@@ -273,17 +278,7 @@ impl<const A: usize> Iterator for Simulation<'_, A> {
         let axes = vectorized(StepAxes { axes: &mut self.axes, setpoint: &setpoint });
         let actual_mm = SVector::from_fn(|axis, _| axes[axis].actual_mm);
         let error = self.contour.measure(&actual_mm, &setpoint.position_mm, setpoint.s_mm);
-        Some(Period {
-            k,
-            time_s: setpoint.time_s,
-            setpoint,
-            axes,
-            actual_mm,
-            nearest_mm: error.nearest_mm,
-            nearest_s_mm: error.s_mm,
-            contour_error_um: 1e3 * error.signed_mm,
-            tracking_error_um: 1e3 * (setpoint.position_mm - actual_mm).norm(),
-        })
+        Some(Period::of(k, setpoint, axes, &error))
     }
 
     fn size_hint(&self) -> (usize, Option<usize>) {

@@ -56,6 +56,34 @@ pub struct NurbsPath<const D: usize> {
     closed: bool,
 }
 
+/// The path with its seam left open.
+struct Open<'a, const D: usize>(&'a NurbsPath<D>);
+
+impl<const D: usize> Path<D> for Open<'_, D> {
+    fn length_mm(&self) -> f64 {
+        self.0.length_mm()
+    }
+
+    fn is_closed(&self) -> bool {
+        false
+    }
+
+    fn frame(&self, s_mm: f64, cursor: &mut Cursor) -> Frame<D> {
+        self.0.frame(s_mm, cursor)
+    }
+
+    fn curvature_bound_1_mm(&self, from_mm: f64, to_mm: f64) -> f64 {
+        self.0.curvature_bound_1_mm(from_mm, to_mm)
+    }
+
+    fn nearest_local(&self, point_mm: &SVector<f64, D>, cursor: &mut Cursor) -> Foot<D> {
+        let part = cursor.segment.min(self.0.speeds.len() - 1);
+        // In this order a NaN becomes 0.
+        let xi = cursor.expected().max(0.0).min(1.0);
+        descend(self, point_mm, self.0.nodes_mm[part] + self.0.speeds[part].at(xi).0, cursor)
+    }
+}
+
 /// A part of the curve while the table is made.
 struct Part<const D: usize> {
     bezier: OwnBezier<D>,
@@ -160,6 +188,11 @@ impl<const D: usize> NurbsPath<D> {
     /// Arc lengths of the path's corners \[mm\]; a corner at the seam of a closed path stands at its length.
     pub fn corners_mm(&self) -> &[f64] {
         &self.corners_mm
+    }
+
+    /// As [`Path::nearest_local`], but a closed path too stops at its ends: where it is one block of a program that goes on.
+    pub fn nearest_local_open(&self, point_mm: &SVector<f64, D>, cursor: &mut Cursor) -> Foot<D> {
+        Open(self).nearest_local(point_mm, cursor)
     }
 
     /// The curve's parameter at arc length `s_mm`, clamped to the path.

@@ -104,16 +104,17 @@ pub(super) fn voltage(runs: &[Named<'_>]) -> Sheet {
             |run: &Named<'_>| Entry::line(run.pen(CURVE_PX), format!("{} ({})", run.short(), voltage_figures(run)));
         head.legend.extend(runs.iter().map(entry));
     }
-    let scales = [0, 1].map(|axis| voltage_scale(runs, &samples, axis));
+    let scales: Vec<_> = (0..axes(runs)).map(|axis| voltage_scale(runs, &samples, axis)).collect();
     let mut beyond: Vec<(f64, bool)> = scales.iter().flat_map(|(_, limits)| limits.iter().copied()).collect();
     beyond.dedup();
     head.legend.extend(off_scale(&beyond, "saturation ±", "V"));
     let space = head.draw(&mut sheet);
 
-    let height = panel_height(&space, 2, GAP);
-    let y = scales.each_ref().map(|(range, _)| y_axis(*range, height, false));
-    let gutter = gutter(&[&y[0], &y[1]]);
-    let frames = stack(&space, &[&y[0], &y[1]], GAP);
+    let (last, height) = (scales.len() - 1, panel_height(&space, scales.len(), GAP));
+    let y: Vec<_> = scales.iter().map(|(range, _)| y_axis(*range, height, false)).collect();
+    let each: Vec<_> = y.iter().collect();
+    let gutter = gutter(&each);
+    let frames = stack(&space, &each, GAP);
     for (axis, ((frame, y), (range, limits))) in frames.into_iter().zip(y).zip(&scales).enumerate() {
         let mut panel = Panel::new(frame, x_axis(time_range(runs, &samples), frame.width(), false), y);
         let widest = limits.iter().map(|(limit, _)| *limit).fold(0.0, f64::max);
@@ -132,14 +133,19 @@ pub(super) fn voltage(runs: &[Named<'_>]) -> Sheet {
         for (limit, _) in limits {
             panel.level_label(&mut sheet, *limit, &format!("saturation ±{} V", figure(*limit, 6)), LIMIT.colour);
         }
-        panel.border(&mut sheet, axis == 1, true);
+        panel.border(&mut sheet, axis == last, true);
         let name = AXIS_NAMES.get(axis).copied().unwrap_or("?").to_uppercase();
         panel.y_title(&mut sheet, gutter, &format!("{name} voltage"), "V");
-        if axis == 1 {
+        if axis == last {
             panel.x_title(&mut sheet, "time", "s");
         }
     }
     sheet
+}
+
+/// How many axes are drawn.
+fn axes(runs: &[Named<'_>]) -> usize {
+    if runs.iter().any(|run| run.data.facts().three_axes) { 3 } else { 2 }
 }
 
 /// Range of one axis' voltage, and its limits with whether they are in view.
@@ -167,7 +173,8 @@ fn voltage_figures(run: &Named<'_>) -> String {
     }
     let peaks = run.data.figures().peak_voltage_v;
     let limits = run.data.facts().voltage_limit_v;
-    let axes = AXIS_NAMES.iter().zip(peaks).zip(limits).map(|((name, peak), limit)| {
+    let count = axes(std::slice::from_ref(run));
+    let axes = AXIS_NAMES.iter().zip(peaks).zip(limits).take(count).map(|((name, peak), limit)| {
         let of = if limit > 0.0 && limit <= 1e100 { format!(" of {}", figure(limit, 4)) } else { String::new() };
         format!("{} {}{of} V", name.to_uppercase(), figure(peak, 4))
     });
