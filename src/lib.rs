@@ -29,6 +29,7 @@
 //! | [`tuning`] | gains that make the contouring error small and keep stability margin, and whether to trust them |
 //! | [`scenario`] | the file as written to checked values, with diagnostics |
 //! | [`toolpath`] | from a surface to tool paths: step-over, B-splines through many points with few control points |
+//! | [`machining`] | the part as machined: the cutter swept along its path, deviation from the design surface |
 //! | `cli` | the program (in the binary): one file a subcommand |
 //!
 //! `path`, `feedrate` and `servo` are the ground floor and do not know each other; [`simulation`] is where they meet, and

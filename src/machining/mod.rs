@@ -9,6 +9,7 @@
 //! | what is known of a program without simulating it | [`ProgramFacts`] |
 //! | a tool path to blocks | [`program`] |
 //! | one control period after another | [`ProgramRun`], a stream of [`ProgramPeriod`]s |
+//! | the part that comes of it | [`HeightField`], [`DeviationMap`] |
 //!
 //! # Conventions
 //! - Rapid motion (`G00`) is a straight line at the rapid feed along it, all axes together; a control may move each at its own pace.
@@ -18,9 +19,13 @@
 //!   [`JOIN_TOLERANCE_MM`](crate::nc::JOIN_TOLERANCE_MM) between them. Motions shorter than 1e-6 mm are left out.
 //! - Memory does not grow with the program: blocks are read as they are needed.
 
+mod deviation;
+mod deviation_figures;
 mod error;
 mod facts;
 mod feed;
+mod height_field;
+mod height_field_sweep;
 mod machine;
 mod program_text;
 mod run;
@@ -28,8 +33,11 @@ mod shape;
 mod stream;
 mod window;
 
+pub use deviation::{DeviationMap, MapRegion};
+pub use deviation_figures::{DeviationFigures, DeviationPlace};
 pub use error::{MotionFault, ProgramError};
 pub use facts::{BlockCounts, MAX_DRAWN_POINTS, ProgramFacts};
+pub use height_field::{HeightField, HeightFieldError, MAX_CELLS};
 pub use machine::Machine;
 pub use program_text::{Blocks, Feeds, program};
 pub use run::{ProgramPeriod, ProgramRun};

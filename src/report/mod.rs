@@ -13,7 +13,8 @@
 //! | [`PlotKind::Search`] | pattern search for `n_c`: objective, best point, mesh size and evaluations over iterations |
 //!
 //! [`write_loops`] draws the servo loops themselves: Bode, Nyquist, step response.
-//! [`write_convergence`] plots how a tuning converged.
+//! [`write_convergence`] plots how a tuning converged. [`DeviationPicture`], [`PathPicture`] and [`write_stepover`] show tool paths
+//! and the part that they leave.
 //!
 //! The same runs give the same bytes. Text is laid out with the bundled font (`DejaVu` Sans); an SVG names it first and falls back
 //! to what the viewer has.
@@ -26,6 +27,7 @@ mod font;
 #[cfg(test)]
 mod layout_tests;
 mod loops;
+mod machining;
 mod panel;
 mod pixels;
 mod plots;
@@ -40,6 +42,10 @@ use crate::optimize::Step;
 pub use data::{MAX_BUCKETS, PlotSample, RunData, RunFacts};
 pub use files::{write_all, write_file};
 pub use loops::write_loops;
+pub use machining::{
+    DeviationPanel, DeviationPicture, MoveKind, PathMove, PathPicture, StepoverRow, draw_stepover, stepover_row,
+    stepover_table, write_stepover,
+};
 pub use sweep::{SweepAxis, SweepCell, SweepPicture, SweepPlot};
 
 /// Which plot.

@@ -166,11 +166,18 @@ pub(super) struct Panel {
     busy: Vec<Vec<Px>>,
     /// Labels drawn.
     taken: Vec<Frame>,
+    /// Labels stand on white whatever is below them.
+    plates: bool,
 }
 
 impl Panel {
     pub(super) fn new(frame: Frame, x: Axis, y: Axis) -> Self {
-        Self { frame, x, y, busy: Vec::new(), taken: Vec::new() }
+        Self { frame, x, y, busy: Vec::new(), taken: Vec::new(), plates: false }
+    }
+
+    /// A panel filled with colour: labels stand on white.
+    pub(super) fn filled(frame: Frame, x: Axis, y: Axis) -> Self {
+        Self { plates: true, ..Self::new(frame, x, y) }
     }
 
     /// Where a point of the axes lies on the sheet.
@@ -332,7 +339,7 @@ impl Panel {
             let Frame { left, top, right, bottom } = label.frame();
             let frame = Frame { left: left - 3.0, top, right: right + 3.0, bottom };
             // Grid lines may show through, curves may not.
-            if hidden(&frame) > 0.0 {
+            if self.plates || hidden(&frame) > 0.0 {
                 sheet.rectangle(&frame, WHITE);
             }
             sheet.text(label);

@@ -12,9 +12,9 @@ use plotters_backend::{
     BackendColor, BackendCoord, BackendStyle, BackendTextStyle, DrawingBackend, DrawingErrorKind, FontTransform,
 };
 
-use super::curve::{Px, distance_to_segment, length};
+use super::curve::{Frame, Px, distance_to_segment, length};
 use super::font;
-use super::sheet::{UNITS_PER_PX, em_units};
+use super::sheet::{Image, UNITS_PER_PX, em_units};
 
 /// Pixels of the file per pixel of the layout: sharp on dense screens and in print.
 const DENSITY: f64 = 2.0;
@@ -145,6 +145,24 @@ impl Pixels {
             }
         }
         self.touch(left, y, right, y + 1);
+    }
+
+    /// Paints an image, each pixel the colour of the square that holds its centre.
+    pub(super) fn paint_image(&mut self, image: &Image) {
+        let Frame { left, top, right, bottom } = image.frame;
+        let [left, top, right, bottom] = [left, top, right, bottom].map(|px| px * DENSITY);
+        let rows = image.rows();
+        for y in index(top.round())..index(bottom.round()).min(self.height) {
+            let row = index((y as f64 + 0.5 - top) / (bottom - top) * rows as f64).min(rows.saturating_sub(1));
+            for x in index(left.round())..index(right.round()).min(self.width) {
+                let column = index((x as f64 + 0.5 - left) / (right - left) * image.columns as f64);
+                let colour = image.colours.get(row * image.columns + column.min(image.columns.saturating_sub(1)));
+                let at = 3 * (y * self.width + x);
+                if let (Some((r, g, b)), Some(pixel)) = (colour, self.data.get_mut(at..at + 3)) {
+                    pixel.copy_from_slice(&[*r, *g, *b]);
+                }
+            }
+        }
     }
 
     /// Paints what is covered and forgets it.

@@ -1,8 +1,12 @@
 //! What each plot shows.
 
+pub(super) mod deviation;
 mod feedrate;
 mod path;
+pub(super) mod path_3d;
+pub(super) mod rings;
 mod search;
+pub(super) mod stepover;
 pub(super) mod sweep;
 mod time;
 mod tune;

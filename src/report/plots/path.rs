@@ -176,7 +176,7 @@ fn magnification(runs: &[Named<'_>], desired: &[Vec<(f64, f64)>], samples: &[Vec
 }
 
 /// A panel that fills `space` with the same scale on both axes; and the room that the y axis takes.
-fn equal_scale(space: Frame, x: Range, y: Range) -> (Panel, f64) {
+pub(super) fn equal_scale(space: Frame, x: Range, y: Range) -> (Panel, f64) {
     let (x, y) = (centred(x), centred(y));
     let mut frame = Frame { right: space.right - 8.0, ..space };
     // A point, or a path lost in rounding, is shown with a millionth of its coordinates around it.
@@ -207,7 +207,7 @@ fn centred(range: Range) -> Range {
 }
 
 /// Arrowheads along the path.
-fn arrows(sheet: &mut Sheet, panel: &Panel, path: &[(f64, f64)]) {
+pub(super) fn arrows(sheet: &mut Sheet, panel: &Panel, path: &[(f64, f64)]) {
     let points: Vec<Px> = path.iter().map(|&(x, y)| panel.at(x, y)).collect();
     let lengths = || points.windows(2).map(|p| length((p[1].0 - p[0].0, p[1].1 - p[0].1)));
     let total: f64 = lengths().sum();

@@ -24,12 +24,17 @@ const STEPS: u8 = 96;
 
 const BAR_PX: f64 = 18.0;
 /// Room that the bar takes with its labels, right of the panel.
-pub(super) const ROOM_PX: f64 = 122.0;
+pub(in super::super) const ROOM_PX: f64 = 122.0;
 
 /// From the figure to a colour.
-pub(super) struct Scale {
+pub(in super::super) struct Scale {
     axis: Axis,
+    /// Steps of the colours that are used.
+    steps: u8,
 }
+
+/// The lightest colours are lost in thin lines on white: lines take only this many of the steps.
+const LINE_STEPS: u8 = 84;
 
 impl Scale {
     /// A scale over all `values`, of their logarithm where all are positive.
@@ -40,17 +45,27 @@ impl Scale {
         } else {
             Axis::linear(range, height_px, 50.0, false)
         };
-        Self { axis }
+        Self { axis, steps: STEPS }
     }
 
-    /// The step of a value, from 0 to `STEPS - 1`.
+    /// A linear scale over a range for the colours of lines; ticks on whole numbers only where `whole`.
+    pub(in super::super) fn of_lines(range: Range, height_px: f64, whole: bool) -> Self {
+        Self { axis: Axis::linear(range, height_px, 50.0, whole), steps: LINE_STEPS }
+    }
+
+    /// The colour of a value.
+    pub(in super::super) fn colour_of(&self, value: f64) -> Colour {
+        Self::colour(self.step(value))
+    }
+
+    /// The step of a value, from 0 to one less than there are steps.
     #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss)] // between 0 and the number of steps
-    pub(super) fn step(&self, value: f64) -> u8 {
+    pub(in super::super) fn step(&self, value: f64) -> u8 {
         let share = self.axis.share(value).max(0.0).min(1.0);
-        ((share * f64::from(STEPS)) as u8).min(STEPS - 1)
+        ((share * f64::from(self.steps)) as u8).min(self.steps - 1)
     }
 
-    pub(super) fn colour(step: u8) -> Colour {
+    pub(in super::super) fn colour(step: u8) -> Colour {
         let place = f64::from(step) / f64::from(STEPS - 1) * (VIRIDIS.len() - 1) as f64;
         #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss)] // 0 to 8
         let below = (place as usize).min(VIRIDIS.len() - 2);
@@ -62,12 +77,12 @@ impl Scale {
     }
 
     /// The bar, right of a panel.
-    pub(super) fn draw(&self, sheet: &mut Sheet, panel: &Frame, quantity: &str, unit: &str) {
+    pub(in super::super) fn draw(&self, sheet: &mut Sheet, panel: &Frame, quantity: &str, unit: &str) {
         let left = panel.right + 22.0;
         let frame = Frame { left, right: left + BAR_PX, ..*panel };
         let at = |share: f64| frame.bottom - share * frame.height();
-        for step in 0..STEPS {
-            let (low, high) = (f64::from(step) / f64::from(STEPS), f64::from(step + 1) / f64::from(STEPS));
+        for step in 0..self.steps {
+            let (low, high) = (f64::from(step) / f64::from(self.steps), f64::from(step + 1) / f64::from(self.steps));
             // Down to the bottom: what the next one does not cover shows no seam.
             let part = Frame { top: at(high), bottom: (at(low) + 1.0).min(frame.bottom), ..frame };
             sheet.rectangle(&part, Self::colour(step));

@@ -1,6 +1,6 @@
 //! Sweeps: maps and scattered dots in colour, curves, histograms.
 
-mod colour;
+pub(super) mod colour;
 mod curve;
 mod histogram;
 mod map;

@@ -1,0 +1,173 @@
+//! Pictures of a tool path and of the part that it leaves: deviation maps, rings in plan, the path in three dimensions, and the
+//! comparison of the step-over formulas.
+//!
+//! The pictures take plain numbers and do not know where they come from.
+
+use std::path::{Path, PathBuf};
+
+use super::files::write_sheets;
+use super::plots::{deviation, path_3d, rings, stepover};
+use super::{Format, ReportError, drawn};
+use crate::toolpath::stepover::{StepoverError, exact_mm, fast_mm};
+
+/// One deviation map.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct DeviationPanel<'a> {
+    /// What it shows: "nominal", "as cut".
+    pub title: &'a str,
+    /// Lower left corner \[mm\].
+    pub low_mm: [f64; 2],
+    /// Side of a cell \[mm\].
+    pub cell_mm: f64,
+    /// Cells across.
+    pub columns: usize,
+    /// Deviations \[µm\], row after row, the lowest y first: NaN where there is no part, infinite where nothing was cut.
+    pub values_um: &'a [f32],
+}
+
+/// One or two deviation maps (further ones are left out) with a shared scale.
+#[derive(Debug, Clone, PartialEq)]
+pub struct DeviationPicture<'a> {
+    /// Name of the part.
+    pub name: &'a str,
+    /// What was measured, in one line.
+    pub facts: &'a str,
+    /// The maps, side by side.
+    pub maps: Vec<DeviationPanel<'a>>,
+    /// Deepest gouge allowed \[µm\], positive.
+    pub gouge_limit_um: Option<f64>,
+    /// Highest scallop allowed \[µm\].
+    pub excess_limit_um: Option<f64>,
+}
+
+impl DeviationPicture<'_> {
+    /// The bytes of an SVG document (UTF-8) or of a PNG file. Where a map has more cells than the sheet can show, each square of
+    /// the picture has the worst deviation of its cells: uncut, else the largest in magnitude.
+    ///
+    /// # Errors
+    /// A failure of the drawing backend.
+    pub fn draw(&self, format: Format) -> Result<Vec<u8>, ReportError> {
+        drawn(&deviation::sheet(self), "deviation", format)
+    }
+
+    /// Writes `STEM-deviation.svg` (or `.png`) into `folder`.
+    ///
+    /// # Errors
+    /// A stem that is no plain file name, a failure of the drawing backend, a file that cannot be written.
+    pub fn write(&self, folder: &Path, stem: &str, format: Format) -> Result<Vec<PathBuf>, ReportError> {
+        write_sheets([("deviation", deviation::sheet(self))], folder, stem, format)
+    }
+}
+
+/// What a move is.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum MoveKind {
+    /// Cutting along a ring of this depth: 0 is the outermost.
+    Ring(u32),
+    /// Cutting on the way from one ring to the next.
+    Link,
+    /// Through the air.
+    Air,
+}
+
+/// One move of a tool path.
+#[derive(Debug, Clone, PartialEq)]
+pub struct PathMove {
+    /// What it is.
+    pub kind: MoveKind,
+    /// Its places \[mm\], in the order of travel.
+    pub points_mm: Vec<[f64; 3]>,
+}
+
+/// A tool path to be drawn.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct PathPicture {
+    /// Name of the part.
+    pub name: String,
+    /// How many rings, how long, in one line.
+    pub facts: String,
+    /// The moves in their order.
+    pub moves: Vec<PathMove>,
+    /// Borders of the machined region in plan \[mm\], each closed.
+    pub borders_mm: Vec<Vec<[f64; 2]>>,
+}
+
+impl PathPicture {
+    /// The path in plan, rings coloured by their depth: the bytes of an SVG document (UTF-8) or of a PNG file.
+    ///
+    /// # Errors
+    /// A failure of the drawing backend.
+    pub fn draw_rings(&self, format: Format) -> Result<Vec<u8>, ReportError> {
+        drawn(&rings::sheet(self), "rings", format)
+    }
+
+    /// The path in three dimensions, seen along a slanted axis, coloured by height: the bytes of an SVG document (UTF-8) or of a
+    /// PNG file.
+    ///
+    /// # Errors
+    /// A failure of the drawing backend.
+    pub fn draw_3d(&self, format: Format) -> Result<Vec<u8>, ReportError> {
+        drawn(&path_3d::sheet(self), "path3d", format)
+    }
+
+    /// Writes `STEM-rings.svg` and `STEM-path3d.svg` (or `.png`) into `folder`.
+    ///
+    /// # Errors
+    /// A stem that is no plain file name, a failure of the drawing backend, a file that cannot be written.
+    pub fn write(&self, folder: &Path, stem: &str, format: Format) -> Result<Vec<PathBuf>, ReportError> {
+        write_sheets([("rings", rings::sheet(self)), ("path3d", path_3d::sheet(self))], folder, stem, format)
+    }
+}
+
+/// The fast step-over form beside the exact one, at one curvature radius.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct StepoverRow {
+    /// Scallop height \[mm\].
+    pub scallop_mm: f64,
+    /// Curvature radius \[mm\]: positive where convex, negative where concave.
+    pub curvature_radius_mm: f64,
+    /// The exact step-over \[mm\].
+    pub exact_mm: f64,
+    /// The fast one \[mm\].
+    pub fast_mm: f64,
+    /// `100 |w' - w| / w`.
+    pub error_percent: f64,
+}
+
+/// The error of the fast step-over form for a cutter radius, at one scallop height and curvature radius \[mm\].
+///
+/// # Errors
+/// As those of [`exact_mm`].
+pub fn stepover_row(
+    radius_mm: f64,
+    scallop_mm: f64,
+    curvature_radius_mm: f64,
+) -> Result<StepoverRow, StepoverError> {
+    let exact = exact_mm(radius_mm, scallop_mm, curvature_radius_mm)?;
+    let fast = fast_mm(radius_mm, scallop_mm, curvature_radius_mm)?;
+    let error_percent = 100.0 * (fast - exact).abs() / exact;
+    Ok(StepoverRow { scallop_mm, curvature_radius_mm, exact_mm: exact, fast_mm: fast, error_percent })
+}
+
+/// The paper's table: cutter radius 5 mm; scallop heights 0.01 and 0.1 mm; curvature radii 10, 4, -9, -10 and -11 mm.
+pub fn stepover_table() -> Vec<StepoverRow> {
+    let radii = [10.0, 4.0, -9.0, -10.0, -11.0];
+    let cases = radii.into_iter().flat_map(|radius| stepover::SCALLOPS_MM.map(|scallop| (scallop, radius)));
+    cases.filter_map(|(scallop, radius)| stepover_row(stepover::CUTTER_MM, scallop, radius).ok()).collect()
+}
+
+/// The paper's comparison of the step-over forms as a plot: the bytes of an SVG document (UTF-8) or of a PNG file.
+///
+/// # Errors
+/// A failure of the drawing backend.
+pub fn draw_stepover(format: Format) -> Result<Vec<u8>, ReportError> {
+    drawn(&stepover::sheet(), "stepover", format)
+}
+
+/// Writes the plot of [`draw_stepover`] as `STEM-stepover.svg` (or `.png`) into `folder`.
+///
+/// # Errors
+/// A stem that is no plain file name, a failure of the drawing backend, a file that cannot be written.
+pub fn write_stepover(folder: &Path, stem: &str, format: Format) -> Result<Vec<PathBuf>, ReportError> {
+    write_sheets([("stepover", stepover::sheet())], folder, stem, format)
+}

@@ -1,0 +1,157 @@
+//! A tool path in three dimensions: seen from above, from the right and the front, without perspective.
+
+use super::super::axis::{Axis, Range, figure, power_of_ten, round_up_125};
+use super::super::curve::{Frame, Px, length};
+use super::super::machining::{MoveKind, PathPicture};
+use super::super::sheet::{Anchor, BORDER, GRID, Lettering, Pen, Sheet};
+use super::rings::{AIR, ends, heading, mark_ends, places};
+use super::sweep::colour::{ROOM_PX, Scale};
+
+/// Turn of the part about Z and slant of the view: sines and cosines of 35 and 32 degrees.
+const TURN: (f64, f64) = (0.573_576_436_351_046, 0.819_152_044_288_991_8);
+const SLANT: (f64, f64) = (0.529_919_264_233_204_9, 0.848_048_096_156_426);
+/// A path lower than this share of its width is drawn higher.
+const LEAST_HEIGHT: f64 = 0.15;
+/// Room for the numbers of the axes \[px\].
+const ROOM: f64 = 58.0;
+
+/// From the part's millimetres to the sheet.
+struct View {
+    middle: [f64; 3],
+    px_per_mm: f64,
+    /// Heights are drawn this many times as large.
+    times: f64,
+    centre: Px,
+}
+
+impl View {
+    /// Before scale and place: right and up.
+    fn plain(from_middle: [f64; 3], times: f64) -> Px {
+        let [x, y, z] = from_middle;
+        let (right, away) = (TURN.1 * x + TURN.0 * y, TURN.1 * y - TURN.0 * x);
+        (right, SLANT.1 * times * z + SLANT.0 * away)
+    }
+
+    fn at(&self, p: [f64; 3]) -> Px {
+        let (right, up) = Self::plain([0, 1, 2].map(|i| p[i] - self.middle[i]), self.times);
+        (self.centre.0 + self.px_per_mm * right, self.centre.1 - self.px_per_mm * up)
+    }
+}
+
+pub(in super::super) fn sheet(picture: &PathPicture) -> Sheet {
+    let mut sheet = Sheet::default();
+    let points = || picture.moves.iter().flat_map(places);
+    let ranges = [0, 1, 2].map(|i| {
+        let range = Range::of(points().map(|p| p[i]));
+        range.opened(1e-3)
+    });
+    let wide = ranges[0].span().max(ranges[1].span());
+    let times = if ranges[2].span() < LEAST_HEIGHT * wide {
+        let (digit, exponent) = round_up_125(0.63 * LEAST_HEIGHT * wide / ranges[2].span());
+        (f64::from(digit) * power_of_ten(exponent)).max(1.0)
+    } else {
+        1.0
+    };
+    let mut head = heading(picture, "tool path in three dimensions");
+    if times > 1.0 {
+        let large = format!("heights drawn {} times as large", figure(times, 3));
+        head.subtitle = if head.subtitle.is_empty() { large } else { format!("{}; {large}", head.subtitle) };
+    }
+    let space = head.draw(&mut sheet);
+    let frame = Frame { right: space.right - ROOM_PX, bottom: space.bottom + 30.0, ..space };
+    let middle = ranges.map(|range| range.middle());
+    let corners = (0..8).map(|k| [0, 1, 2].map(|i| if k >> i & 1 == 0 { ranges[i].low } else { ranges[i].high }));
+    let flat: Vec<Px> = corners.map(|c| View::plain([0, 1, 2].map(|i| c[i] - middle[i]), times)).collect();
+    let (across, up) = (Range::of(flat.iter().map(|p| p.0)), Range::of(flat.iter().map(|p| p.1)));
+    let px_per_mm = ((frame.width() - 2.0 * ROOM) / across.span()).min((frame.height() - 2.0 * ROOM) / up.span());
+    let centre = (0.5 * (frame.left + frame.right), 0.5 * (frame.top + frame.bottom));
+    let view = View { middle, px_per_mm, times, centre };
+
+    box_and_axes(&mut sheet, &view, ranges);
+    let bar = Frame { top: frame.top + 20.0, bottom: frame.bottom - 40.0, ..frame };
+    let heights = picture.moves.iter().filter(|m| m.kind != MoveKind::Air).flat_map(places).map(|p| p[2]);
+    let cut = Range::of(heights);
+    let scale = Scale::of_lines(cut, bar.height(), false);
+    let page = Frame { left: frame.left, top: frame.top, right: frame.right, bottom: frame.bottom };
+    for part in picture.moves.iter().filter(|m| m.kind != MoveKind::Air) {
+        let line: Vec<[f64; 3]> = places(part).collect();
+        // Pieces of one colour together.
+        let colour = |pair: &[[f64; 3]]| scale.step(0.5 * pair[0][2] + 0.5 * pair[1][2]) / 3;
+        let mut from = 0;
+        while from + 1 < line.len() {
+            let step = colour(&line[from..from + 2]);
+            let mut to = from + 1;
+            while to + 1 < line.len() && colour(&line[to..to + 2]) == step {
+                to += 1;
+            }
+            let run: Vec<Px> = line[from..=to].iter().map(|p| view.at(*p)).collect();
+            sheet.curve(&run, &page, Pen::solid(Scale::colour(3 * step + 1), 1.3));
+            from = to;
+        }
+    }
+    for part in picture.moves.iter().filter(|m| m.kind == MoveKind::Air) {
+        let line: Vec<Px> = places(part).map(|p| view.at(p)).collect();
+        sheet.curve(&line, &page, AIR);
+    }
+    if let Some(ends) = ends(picture) {
+        mark_ends(&mut sheet, ends.map(|p| view.at(p)));
+    }
+    if !cut.is_empty() {
+        scale.draw(&mut sheet, &bar, "height z", "mm");
+    }
+    sheet
+}
+
+/// The box around the path, ticks along three of its edges.
+fn box_and_axes(sheet: &mut Sheet, view: &View, [x, y, z]: [Range; 3]) {
+    let line = |sheet: &mut Sheet, a: [f64; 3], b: [f64; 3], pen: Pen| sheet.line(&[view.at(a), view.at(b)], pen);
+    let (faint, edge) = (Pen::solid(GRID, 1.0), Pen::solid(BORDER, 1.0));
+    // Floor and the two walls behind; the numbers stand along the edges in front, and at the left.
+    let px = |a: [f64; 3], b: [f64; 3]| {
+        let (a, b) = (view.at(a), view.at(b));
+        length((b.0 - a.0, b.1 - a.1))
+    };
+    let along_x = px([x.low, y.low, z.low], [x.high, y.low, z.low]);
+    let along_y = px([x.high, y.low, z.low], [x.high, y.high, z.low]);
+    let along_z = px([x.low, y.low, z.low], [x.low, y.low, z.high]);
+    let axes = [(x, along_x), (y, along_y), (z, along_z)]
+        .map(|(range, px)| Axis::linear(range, px.max(60.0), 62.0, false));
+    for tick in axes[0].ticks.iter().map(|tick| tick.value) {
+        line(sheet, [tick, y.low, z.low], [tick, y.high, z.low], faint);
+        line(sheet, [tick, y.high, z.low], [tick, y.high, z.high], faint);
+    }
+    for tick in axes[1].ticks.iter().map(|tick| tick.value) {
+        line(sheet, [x.low, tick, z.low], [x.high, tick, z.low], faint);
+        line(sheet, [x.low, tick, z.low], [x.low, tick, z.high], faint);
+    }
+    for tick in axes[2].ticks.iter().map(|tick| tick.value) {
+        line(sheet, [x.low, y.low, tick], [x.low, y.high, tick], faint);
+        line(sheet, [x.low, y.high, tick], [x.high, y.high, tick], faint);
+    }
+    let floor = [[x.low, y.low], [x.high, y.low], [x.high, y.high], [x.low, y.high]];
+    for (a, b) in floor.iter().zip(floor.iter().cycle().skip(1)) {
+        line(sheet, [a[0], a[1], z.low], [b[0], b[1], z.low], edge);
+    }
+    for [cx, cy] in [[x.low, y.low], [x.low, y.high], [x.high, y.high]] {
+        line(sheet, [cx, cy, z.low], [cx, cy, z.high], edge);
+    }
+    line(sheet, [x.low, y.low, z.high], [x.low, y.high, z.high], edge);
+    line(sheet, [x.low, y.high, z.high], [x.high, y.high, z.high], edge);
+
+    // Each number a little outward of its edge.
+    let ticks = |sheet: &mut Sheet, axis: &Axis, place: &dyn Fn(f64) -> [f64; 3], out: Px, anchor: Anchor, title: &str| {
+        for tick in &axis.ticks {
+            let (px, py) = view.at(place(tick.value));
+            sheet.line(&[(px, py), (px + 0.5 * out.0, py + 0.5 * out.1)], edge);
+            sheet.text(Lettering::new((px + out.0, py + out.1), tick.label.as_str(), 12.5, anchor));
+        }
+        let (px, py) = view.at(place(axis.range.middle()));
+        let far = if anchor == Anchor::Right { 5.2 } else { 3.9 };
+        let at = (px + far * out.0, py + far * out.1);
+        let title = Lettering::new(at, axis.title(title, "mm"), 14.0, anchor);
+        sheet.text(title);
+    };
+    ticks(sheet, &axes[0], &|t| [t, y.low, z.low], (-5.0, 10.0), Anchor::Right, "x");
+    ticks(sheet, &axes[1], &|t| [x.high, t, z.low], (6.0, 10.0), Anchor::Left, "y");
+    ticks(sheet, &axes[2], &|t| [x.low, y.low, t], (-9.0, 0.0), Anchor::Right, "z");
+}

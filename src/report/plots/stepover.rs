@@ -1,0 +1,75 @@
+//! Error of the fast step-over form against the exact one, over the curvature radius.
+
+use super::super::axis::{Axis, Range, figure};
+use super::super::curve::{Dash, Frame};
+use super::super::machining::{stepover_row, stepover_table};
+use super::super::panel::{Entry, Heading, Panel, gutter};
+use super::super::sheet::{Pen, RUN_COLOURS, Sheet};
+
+/// Cutter radius \[mm\] and scallop heights \[mm\] of the paper's comparison.
+pub(in super::super) const CUTTER_MM: f64 = 5.0;
+pub(in super::super) const SCALLOPS_MM: [f64; 2] = [0.01, 0.1];
+
+/// Curvature radii shown \[mm\].
+const RADII: Range = Range { low: 2.0, high: 100.0 };
+const SAMPLES: u32 = 400;
+
+fn pen(scallop_mm: f64, convex: bool) -> Pen {
+    let colour = RUN_COLOURS[usize::from(scallop_mm > SCALLOPS_MM[0])];
+    Pen { dash: (!convex).then_some(Dash::new(8.0, 4.0)), ..Pen::solid(colour, 2.0) }
+}
+
+pub(in super::super) fn sheet() -> Sheet {
+    let mut sheet = Sheet::default();
+    let mut curves = Vec::new();
+    for scallop in SCALLOPS_MM {
+        for convex in [true, false] {
+            let sign = if convex { 1.0 } else { -1.0 };
+            let points: Vec<(f64, f64)> = (0..=SAMPLES)
+                .map(|i| RADII.low * libm::pow(RADII.high / RADII.low, f64::from(i) / f64::from(SAMPLES)))
+                // In a hollow hardly wider than the cutter the error runs away.
+                .filter(|radius| convex || *radius >= 1.05 * CUTTER_MM)
+                .filter_map(|radius| stepover_row(CUTTER_MM, scallop, sign * radius).ok())
+                .map(|row| (row.curvature_radius_mm.abs(), row.error_percent))
+                .collect();
+            curves.push((scallop, convex, points));
+        }
+    }
+    let legend = curves.iter().map(|(scallop, convex, _)| {
+        let bent = if *convex { "convex" } else { "concave" };
+        Entry::line(pen(*scallop, *convex), format!("{bent}, h = {} mm", figure(*scallop, 3)))
+    });
+    let head = Heading {
+        title: "Step-over: error of the fast form".to_owned(),
+        subtitle: format!(
+            "|w′ − w|/w with w′ = √(8 h r R/(R + r)) and w exact, cutter radius r = {} mm; the points are the paper's table",
+            figure(CUTTER_MM, 3)
+        ),
+        legend: legend.collect(),
+        ..Heading::default()
+    };
+    let space = head.draw(&mut sheet);
+    let errors = Range::of(curves.iter().flat_map(|(_, _, points)| points).map(|(_, error)| *error));
+    let y = Axis::decades(Range { low: 0.8 * errors.low, high: 1.3 * errors.high });
+    let gutter = gutter(&[&y]);
+    let frame = Frame { left: space.left + gutter, right: space.right - 8.0, ..space };
+    let mut panel = Panel::new(frame, Axis::decades(RADII), y);
+    panel.grid(&mut sheet);
+    for (scallop, convex, points) in curves {
+        panel.curve(&mut sheet, points, pen(scallop, convex));
+    }
+    for row in stepover_table() {
+        let at = panel.at(row.curvature_radius_mm.abs(), row.error_percent);
+        let colour = pen(row.scallop_mm, true).colour;
+        sheet.ring(at, 4.5, 1.8, colour);
+        // Of the three concave ones the middle says it.
+        if row.curvature_radius_mm > 0.0 || row.curvature_radius_mm == -10.0 {
+            let text = format!("R = {}: {} %", figure(row.curvature_radius_mm, 3), figure(row.error_percent, 3));
+            panel.point_label(&mut sheet, at, &text, colour);
+        }
+    }
+    panel.border(&mut sheet, true, true);
+    panel.x_title(&mut sheet, "curvature radius |R|", "mm");
+    panel.y_title(&mut sheet, gutter, "error of the fast step-over", "%");
+    sheet
+}
