@@ -11,7 +11,7 @@ import time
 
 import opencamlib as ocl
 
-QUADS, WIDTH, COUNT, EVERY = 223, 100.0, 200, 40
+QUADS, WIDTH, COUNT, EVERY = 223, 100.0, 200, 100
 ours = {}
 for line in open(sys.argv[1]) if len(sys.argv) > 1 else []:
     name, height = line.split(",")

@@ -6,7 +6,7 @@
 //! - recording, against the bare MCAP writer
 //! - `servosim run` as a process
 //! - control points and time of B-spline fits
-//! - the drop cutter, against OpenCAMLib (`tests/drop_opencamlib.py`)
+//! - the drop cutter, against `OpenCAMLib` (`tests/drop_opencamlib.py`)
 //! - splines of 10² … 10⁶ nodal points, time and memory
 
 mod batch;

@@ -75,6 +75,7 @@ impl Support {
 
     /// Whether the cutter surely stays below `target` on the whole patch, by curvature around the patch's own `(s, t)`, the point
     /// above the support.
+    #[allow(clippy::needless_range_loop)] // i and j are those of the net
     pub(super) fn excludes_around(&self, net: &Net, own: Vector2<f64>, target: f64) -> bool {
         let [p, q] = net.degree;
         let (n, m) = (p as f64, q as f64);
