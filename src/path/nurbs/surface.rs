@@ -106,6 +106,11 @@ impl NurbsSurface {
         &self.points
     }
 
+    /// The weights, in the order of [`NurbsSurface::control_points_mm`]; None where all are the same.
+    pub fn weights(&self) -> Option<&[f64]> {
+        self.weights.as_deref()
+    }
+
     /// First and last parameter along `u` and along `v`.
     pub fn domain(&self) -> [(f64, f64); 2] {
         [

@@ -56,6 +56,18 @@ impl Profile {
         }
     }
 
+    /// The highest that the cutter above `at` could rest on anything in a box; minus infinity where the box is beside it.
+    #[inline]
+    pub(super) fn box_bound(&self, low: [f64; 2], high: [f64; 2], top: f64, at: Vector2<f64>) -> f64 {
+        let dx = (low[0] - at.x).max(at.x - high[0]).max(0.0);
+        let dy = (low[1] - at.y).max(at.y - high[1]).max(0.0);
+        let square = dx * dx + dy * dy;
+        if square > self.radius * self.radius * (1.0 + 1e-14) {
+            return f64::NEG_INFINITY;
+        }
+        if square <= self.flat * self.flat { top } else { top - self.height(square.sqrt()) }
+    }
+
     /// Unit direction from the cutter's bottom at `at` (from its axis) towards the centre of its round.
     pub(super) fn inwards(&self, at: Vector2<f64>) -> Vector3<f64> {
         let rho = at.norm();
@@ -80,10 +92,7 @@ impl Touch {
         (self.tip > f64::NEG_INFINITY).then(|| Rest {
             tip_z_mm: self.tip,
             contact_mm: self.contact + Vector3::new(x, y, 0.0),
-            normal: self
-                .facet
-                .and_then(|n| n.try_normalize(0.0))
-                .unwrap_or_else(|| profile.inwards(self.contact.xy())),
+            normal: self.facet.and_then(|n| n.try_normalize(0.0)).unwrap_or_else(|| profile.inwards(self.contact.xy())),
         })
     }
 
@@ -117,9 +126,15 @@ impl Touch {
             self.offer(tip, Vector3::new(at.x, at.y, z), Some(n));
             return;
         }
-        if beyond[0] { self.edge(profile, a, b) }
-        if beyond[1] { self.edge(profile, b, c) }
-        if beyond[2] { self.edge(profile, c, a) }
+        if beyond[0] {
+            self.edge(profile, a, b)
+        }
+        if beyond[1] {
+            self.edge(profile, b, c)
+        }
+        if beyond[2] {
+            self.edge(profile, c, a)
+        }
     }
 
     fn edge(&mut self, profile: &Profile, from: &Vector3<f64>, to: &Vector3<f64>) {
@@ -206,7 +221,11 @@ fn best_place(profile: &Profile, d: f64, chord: f64, length: f64, dz: f64, (low,
         let (sin, cos) = libm::sincos(phi);
         let (rho, s) = place(sin);
         let f = run * sin * s - climb * rho * cos;
-        if f > 0.0 { upper = phi } else { lower = phi }
+        if f > 0.0 {
+            upper = phi
+        } else {
+            lower = phi
+        }
         let rho1 = profile.corner * cos;
         let f1 = run * (cos * s + sin * rho * rho1 / s) - climb * (rho1 * cos - rho * sin);
         let mut next = phi - f / f1;
@@ -244,7 +263,6 @@ fn before(a: &Vector3<f64>, b: &Vector3<f64>) -> bool {
 /// no point lies between two triangles of an edge.
 #[inline]
 pub(super) fn side(from: &Vector3<f64>, to: &Vector3<f64>, at: Vector2<f64>) -> f64 {
-    let area =
-        |p: &Vector3<f64>, q: &Vector3<f64>| (q.x - p.x) * (at.y - p.y) - (q.y - p.y) * (at.x - p.x);
+    let area = |p: &Vector3<f64>, q: &Vector3<f64>| (q.x - p.x) * (at.y - p.y) - (q.y - p.y) * (at.x - p.x);
     if before(from, to) { area(from, to) } else { -area(to, from) }
 }

@@ -1,12 +1,20 @@
 //! The drop cutter: where a ball, a flat end or a bull-nose comes to rest on a surface.
 
+mod bound;
+mod checks;
+mod climb;
 mod facet;
 mod mesh;
+mod net;
+mod nurbs;
+mod tree;
 
 use nalgebra::Vector2;
 use rayon::prelude::*;
 
+pub use checks::{Hollow, SurfaceFault};
 pub use mesh::MeshSurface;
+pub use nurbs::{Contact, NurbsDesign, REST_TOLERANCE_MM};
 
 use super::{Cutter, DesignSurface, Rest};
 

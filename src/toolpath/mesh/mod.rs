@@ -75,7 +75,10 @@ pub enum MeshError {
         triangle: usize,
     },
     /// A coordinate is NaN, infinite, or too large.
-    #[error("{origin}, triangle {triangle}: a coordinate of {value} is not a finite number within ±{} mm", MAX_COORDINATE_MM)]
+    #[error(
+        "{origin}, triangle {triangle}: a coordinate of {value} is not a finite number within ±{} mm",
+        MAX_COORDINATE_MM
+    )]
     BadCoordinate {
         /// What the data comes from.
         origin: String,

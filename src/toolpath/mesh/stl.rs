@@ -50,7 +50,8 @@ fn count(bytes: &[u8]) -> Option<usize> {
 
 fn binary(mut bytes: Vec<u8>, origin: &str) -> Result<Mesh, MeshError> {
     let Some(counted) = count(&bytes) else {
-        let problem = format!("{} bytes are too few for a binary one, and it does not begin with \"solid\"", bytes.len());
+        let problem =
+            format!("{} bytes are too few for a binary one, and it does not begin with \"solid\"", bytes.len());
         return Err(MeshError::NoStl { origin: origin.into(), problem });
     };
     let whole = (bytes.len() - HEADER) / RECORD;
@@ -67,7 +68,9 @@ fn binary(mut bytes: Vec<u8>, origin: &str) -> Result<Mesh, MeshError> {
         return Err(MeshError::NoStl { origin: origin.into(), problem });
     }
     // The crate takes a header that begins with "solid" for a text.
-    if let Some(name) = bytes.get_mut(..80) { name.fill(0) }
+    if let Some(name) = bytes.get_mut(..80) {
+        name.fill(0)
+    }
     let mut cursor = Cursor::new(bytes);
     let failed = |source| MeshError::Read { origin: origin.into(), source };
     let mut builder = Builder::default();
@@ -134,13 +137,17 @@ impl Lines<'_> {
             }
             self.started |= !self.line.is_empty();
         }
-        if !self.line.is_empty() { self.line.push(b'\n') }
+        if !self.line.is_empty() {
+            self.line.push(b'\n')
+        }
     }
 }
 
 impl Read for Lines<'_> {
     fn read(&mut self, buffer: &mut [u8]) -> io::Result<usize> {
-        if self.at == self.line.len() { self.next_line() }
+        if self.at == self.line.len() {
+            self.next_line()
+        }
         let left = self.line.get(self.at..).unwrap_or_default();
         let count = left.len().min(buffer.len());
         buffer[..count].copy_from_slice(&left[..count]);
