@@ -287,7 +287,8 @@ impl Offset<'_> {
     /// Takes what element `j` covers.
     fn cover_by(&self, raw: &Raw, j: usize, stretch: &Stretch, cover: &mut Cover) -> Result<(), Trouble> {
         let element = &self.boundary.elements[j];
-        if j == raw.owner || j == raw.other {
+        let own = j == raw.owner || j == raw.other;
+        if own {
             // Its own element is never nearer, nor are the two beside a corner; but an arc that has vanished leaves a corner that
             // looks across its centre.
             let vanished = matches!(element.shape, Shape::Arc { radius, sense, .. } if sense * radius > 0.0 && radius <= self.d);
@@ -318,7 +319,8 @@ impl Offset<'_> {
                 let depth = self.d - element.distance(middle);
                 if depth > self.eps {
                     cover.add(from, to);
-                } else if depth >= -self.eps && self.long((to - from) * raw.curve.rate()) {
+                } else if !own && depth >= -self.eps && self.long((to - from) * raw.curve.rate()) {
+                    // Of its own corner a piece is at this distance everywhere.
                     result = Err(Trouble { at: middle });
                 }
             }
