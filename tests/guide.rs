@@ -65,9 +65,8 @@ fn angle(sense: bool, from: Point, to: Point) -> f64 {
 
 impl Outline {
     fn of_polygons(polygons: &[Vec<Point>]) -> Self {
-        let pieces = |points: &Vec<Point>| {
-            (0..points.len()).map(|i| line(points[i], points[(i + 1) % points.len()])).collect()
-        };
+        let pieces =
+            |points: &Vec<Point>| (0..points.len()).map(|i| line(points[i], points[(i + 1) % points.len()])).collect();
         Self { rings: polygons.iter().map(pieces).collect(), tolerance: 1e-9 }
     }
 
@@ -616,7 +615,10 @@ fn bad_contours_say_where() {
         assert!(matches!(polygon(points), Err(GuideError::SelfCrossing { .. })), "{points:?}");
     }
     assert_eq!(polygon(&[]), Err(GuideError::TooFewPoints { points: 0 }));
-    assert_eq!(polygon(&[[1., 1.], [1., 1.], [2., 2.], [2., 2.], [1., 1.]]), Err(GuideError::TooFewPoints { points: 2 }));
+    assert_eq!(
+        polygon(&[[1., 1.], [1., 1.], [2., 2.], [2., 2.], [1., 1.]]),
+        Err(GuideError::TooFewPoints { points: 2 })
+    );
     assert!(matches!(Contour::new(&[]), Err(GuideError::TooFewPoints { .. })));
     for bad in [f64::NAN, f64::INFINITY, 1e7] {
         assert!(matches!(polygon(&[[0., 0.], [1., bad], [1., 1.]]), Err(GuideError::BadCoordinate { index: 1, .. })));
@@ -635,7 +637,12 @@ fn bad_contours_say_where() {
     let (a, b) = (p(0., 0.), p(10., 0.));
     let lens = [arc(a, b, p(5., -3.), false), arc(b, a, p(5., -1.), true)];
     assert!(matches!(Contour::new(&lens), Ok(_) | Err(GuideError::SelfCrossing { .. })));
-    let wave = NurbsCurve::new(3, vec![0., 0., 0., 0., 1., 1., 1., 1.], vec![p(0., 0.), p(20., 10.), p(-10., 10.), p(10., 0.)], None);
+    let wave = NurbsCurve::new(
+        3,
+        vec![0., 0., 0., 0., 1., 1., 1., 1.],
+        vec![p(0., 0.), p(20., 10.), p(-10., 10.), p(10., 0.)],
+        None,
+    );
     let loops = [Piece::Curve(wave.unwrap()), line(p(10., 0.), p(0., 0.))];
     assert!(matches!(Contour::new(&loops), Err(GuideError::SelfCrossing { .. })));
 }
@@ -665,13 +672,26 @@ fn bad_islands_say_which_and_where() {
 #[test]
 fn odd_but_good_regions() {
     // Repeated points, collinear runs, either direction.
-    let dense = polygon(&[[0., 0.], [0., 0.], [5., 0.], [7., 0.], [10., 0.], [10., 10.], [0., 10.], [0., 5.], [0., 0.]]).unwrap();
+    let dense =
+        polygon(&[[0., 0.], [0., 0.], [5., 0.], [7., 0.], [10., 0.], [10., 10.], [0., 10.], [0., 5.], [0., 0.]])
+            .unwrap();
     let areas = Region::new(dense, vec![]).unwrap().inset(2.0).unwrap();
     near(total(&areas), 36.0, 1e-10);
     let clockwise = region(&[[0., 0.], [0., 10.], [10., 10.], [10., 0.]]);
     near(total(&clockwise.inset(2.0).unwrap()), 36.0, 1e-10);
     // Needles, outwards and inwards.
-    let needles = [[0., 0.], [5., 0.], [5.0005, -40.], [5.001, 0.], [10., 0.], [10., 10.], [5.001, 10.], [5.0005, 1.], [5., 10.], [0., 10.]];
+    let needles = [
+        [0., 0.],
+        [5., 0.],
+        [5.0005, -40.],
+        [5.001, 0.],
+        [10., 0.],
+        [10., 10.],
+        [5.001, 10.],
+        [5.0005, 1.],
+        [5., 10.],
+        [0., 10.],
+    ];
     let needles = region(&needles);
     assert_eq!(needles.inset(0.1).unwrap().len(), 1);
     for d in [0.00001, 0.0002, 0.001, 0.1, 0.4999, 0.5, 0.6, 1.0, 2.0] {
@@ -702,7 +722,11 @@ fn any_numbers_at_all_end_in_an_answer() {
         let points: Vec<Point> = (0..count(&mut random, 0, 7))
             .map(|_| {
                 let mut value = || {
-                    if random.random::<f64>() < 0.9 { f64::from(random.random_range(0..6)) } else { values[random.random_range(0..10)] }
+                    if random.random::<f64>() < 0.9 {
+                        f64::from(random.random_range(0..6))
+                    } else {
+                        values[random.random_range(0..10)]
+                    }
                 };
                 p(value(), value())
             })
@@ -712,7 +736,10 @@ fn any_numbers_at_all_end_in_an_answer() {
         let d = 10.0_f64.powf(between(&mut random, -12.0, 3.0));
         for area in region.inset(d).unwrap_or_else(|error| panic!("{points:?}: {error}")) {
             for point in area.outer.points_mm(0.1) {
-                assert!((region.distance_mm(point) - d).abs() < 1e-8 * points.iter().map(Point::amax).fold(1.0, f64::max), "{points:?} {d}");
+                assert!(
+                    (region.distance_mm(point) - d).abs() < 1e-8 * points.iter().map(Point::amax).fold(1.0, f64::max),
+                    "{points:?} {d}"
+                );
             }
         }
     }

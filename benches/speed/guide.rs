@@ -22,7 +22,8 @@ pub(crate) fn bench(quick: bool) {
         let mut counts = (0, 0, 0);
         let time = fastest((0..if quick { 1 } else { 5 }).map(|_| {
             let (time, levels) = seconds(|| nested(&make(), step_mm));
-            let closed: Vec<bool> = levels.iter().flatten().flat_map(Area::rings).map(|r| closed(&r.pieces())).collect();
+            let closed: Vec<bool> =
+                levels.iter().flatten().flat_map(Area::rings).map(|r| closed(&r.pieces())).collect();
             counts = (levels.len(), closed.len(), closed.iter().filter(|closed| !**closed).count());
             time
         }));
