@@ -7,12 +7,14 @@
 //! - `servosim run` as a process
 //! - control points and time of B-spline fits
 //! - the drop cutter, against `OpenCAMLib` (`tests/drop_opencamlib.py`)
+//! - nested rings of large contours
 //! - splines of 10² … 10⁶ nodal points, time and memory
 
 mod batch;
 mod c;
 mod drop;
 mod fit;
+mod guide;
 mod process;
 mod recording;
 mod scale;
@@ -25,7 +27,7 @@ fn main() {
     let quick = !arguments.iter().any(|argument| argument == "--bench");
     // `cargo bench -- step` runs the benches with that in their name.
     let filters: Vec<&String> = arguments.iter().filter(|argument| !argument.starts_with('-')).collect();
-    let benches: [Bench; 8] = [
+    let benches: [Bench; 9] = [
         ("loop", servo_loop::bench),
         ("batch", batch::bench),
         ("step", whole_step::bench),
@@ -34,6 +36,7 @@ fn main() {
         ("scale", scale::bench),
         ("fit", fit::bench),
         ("drop", drop::bench),
+        ("guide", guide::bench),
     ];
     for (name, bench) in benches {
         if filters.is_empty() || filters.iter().any(|filter| name.contains(filter.as_str())) {
