@@ -31,7 +31,13 @@ fn machine() -> Machine {
 }
 
 fn read(text: &str) -> impl Iterator<Item = Result<Block, NcError>> + '_ {
-    Reader::new(text.as_bytes(), "part.nc", Reading::default())
+    read_from([0.0; 3], text)
+}
+
+/// With the tool at a known place before.
+fn read_from(start_mm: [f64; 3], text: &str) -> impl Iterator<Item = Result<Block, NcError>> + '_ {
+    let reading = Reading { start_mm: Some(start_mm), dialect: Some(Dialect::Siemens), ..Reading::default() };
+    Reader::new(text.as_bytes(), "part.nc", reading)
 }
 
 fn run(text: &str, machine: &Machine) -> Vec<ProgramPeriod> {
@@ -79,11 +85,10 @@ fn validates_a_helix_program_against_the_simulation() {
     let machine = machine();
     let (start, end) = (Vector3::new(20.0, 0.0, 0.0), Vector3::new(0.0, 20.0, 6.0));
     let helix = Helix::new(start, end, Vector3::zeros(), [0, 1, 2], 1.5 * PI, true).unwrap();
-    let text = "G1 X20 Y0 Z0 F3000\nG2 X0 Y20 Z6 I-20 J0\n";
-    let program: Vec<_> = run(text, &machine);
-    // The reader moves to the start first: it is known to be there.
+    let read = || read_from(start.into(), "G2 X0 Y20 Z6 I-20 J0 F3000\n");
+    let program: Vec<_> = ProgramRun::new(read(), &machine).unwrap().map(Result::unwrap).collect();
     assert_same(&program[..], &simulated(&helix, 50.0, &machine));
-    let facts = ProgramFacts::of(read(text), &machine).unwrap();
+    let facts = ProgramFacts::of(read(), &machine).unwrap();
     assert!((facts.length_mm - (1.5 * PI * 20.0).hypot(6.0)).abs() < 1e-11, "{facts:?}");
 }
 
@@ -91,9 +96,10 @@ fn validates_a_helix_program_against_the_simulation() {
 fn full_circles_run_in_every_plane() {
     for (text, axis) in [("G17 G2 I5", 2), ("G18 G3 I5", 1), ("G19 G3 J5", 0)] {
         let machine = machine();
-        let text = format!("G1 X1 Y2 Z3 F1200\n{text}\nM30\n");
-        let periods = run(&text, &machine);
+        let text = format!("F1200\n{text}\nM30\n");
         let start = Vector3::new(1.0, 2.0, 3.0);
+        let read = read_from(start.into(), &text);
+        let periods: Vec<_> = ProgramRun::new(read, &machine).unwrap().map(Result::unwrap).collect();
         let last = periods.last().unwrap().period.setpoint;
         assert_eq!(last.position_mm, start);
         assert!((last.s_mm - 10.0 * PI).abs() < 1e-12);
@@ -168,7 +174,7 @@ fn the_feed_stays_constant_on_a_nurbs_and_curves_are_slowed_where_they_are_sharp
         count += 1;
     }
     assert!(count > 100, "{count} samples at the programmed feed");
-    let slowest = periods.iter().filter(|p| (70.0..100.0).contains(&p.period.setpoint.s_mm));
+    let slowest = periods.iter().filter(|p| (60.0..180.0).contains(&p.period.setpoint.s_mm));
     assert!(slowest.map(|p| p.period.setpoint.feed_mm_s).fold(f64::INFINITY, f64::min) < 60.0);
     for p in &periods {
         let setpoint = &p.period.setpoint;
@@ -218,8 +224,7 @@ fn a_nurbs_program_is_the_same_run_in_every_dialect() {
 fn dwells_rest_and_every_period_knows_its_block() {
     let machine = machine();
     let text = "G0 X0 Y0 Z0\nG0 X10\nG4 F0.5\nG1 X20 F3000\nG4 F0.25\nM30\n";
-    let reading = Reading { dialect: Some(Dialect::Siemens), ..Reading::default() };
-    let read = || Reader::new(text.as_bytes(), "part.nc", reading);
+    let read = || read(text);
     let facts = ProgramFacts::of(read(), &machine).unwrap();
     assert_eq!((facts.blocks.dwell, facts.blocks.rapid, facts.blocks.linear, facts.blocks.other), (2, 2, 1, 1));
     assert_eq!(facts.dwell_s, 0.75);
@@ -436,9 +441,8 @@ fn bad_programs_say_where() {
 #[test]
 fn programs_without_motion_rest() {
     let machine = machine();
-    for text in ["", "M3 S100\n(nothing)\nM30\n", "G1 X5 Y5 Z5 F100\nX5\nX5 Y5\n", "G0 X0 Y0 Z0\nG4 F0.1\n"] {
-        let reading = Reading { dialect: Some(Dialect::Siemens), ..Reading::default() };
-        let read = || Reader::new(text.as_bytes(), "part.nc", reading);
+    for text in ["", "M3 S100\n(nothing)\nM30\n", "G1 X0 Y0 Z0 F100\nX0\nX0 Y0\n", "G0 X0 Y0 Z0\nG4 F0.1\n"] {
+        let read = || read(text);
         let facts = ProgramFacts::of(read(), &machine).unwrap();
         let periods: Vec<_> = ProgramRun::new(read(), &machine).unwrap().map(Result::unwrap).collect();
         assert_eq!(periods.len() as u64, facts.samples, "{text}");
