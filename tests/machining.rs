@@ -166,7 +166,8 @@ fn the_feed_stays_constant_on_a_nurbs_and_curves_are_slowed_where_they_are_sharp
     };
     let all = [block];
     let periods: Vec<_> = ProgramRun::new(blocks(&all), &machine).unwrap().map(Result::unwrap).collect();
-    let constant = periods.iter().filter(|p| p.period.setpoint.accel_mm_s2 == 0.0 && p.period.setpoint.feed_mm_s > 99.0);
+    let constant =
+        periods.iter().filter(|p| p.period.setpoint.accel_mm_s2 == 0.0 && p.period.setpoint.feed_mm_s > 99.0);
     let mut count = 0;
     for p in constant {
         assert!((p.period.setpoint.feed_mm_s - 100.0).abs() < 1e-4);
@@ -204,8 +205,7 @@ fn a_nurbs_program_is_the_same_run_in_every_dialect() {
             Block { line: 0, start_mm: end_mm, end_mm: [80., 40., 0.], feed_mm_min, action: Action::Linear },
         ],
     };
-    let direct: Vec<_> =
-        ProgramRun::new(blocks(&program.blocks), &machine).unwrap().collect::<Result<_, _>>().unwrap();
+    let direct: Vec<_> = ProgramRun::new(blocks(&program.blocks), &machine).unwrap().collect::<Result<_, _>>().unwrap();
     for dialect in Dialect::ALL {
         let mut text = Vec::new();
         let writing = Writing { dialect, decimals: 9.into(), ..Writing::new(dialect) };
@@ -278,8 +278,7 @@ fn observers_see_a_program_as_any_run() {
     let mut data = RunData::new(RunFacts::default());
     let mut recorder = Recorder::new(Vec::new(), Facts::new("part", "")).unwrap();
     let program = ProgramRun::new(read(PART), &machine).unwrap();
-    let ending =
-        program.run(&facts, &limits, None, &mut [&mut told, &mut summary, &mut data, &mut recorder]).unwrap();
+    let ending = program.run(&facts, &limits, None, &mut [&mut told, &mut summary, &mut data, &mut recorder]).unwrap();
     assert_eq!(ending, Ending::Complete);
     assert_eq!(told.periods, facts.samples);
     let lines: Vec<_> = told.places.iter().map(|(_, place)| (place.line, place.rapid)).collect();

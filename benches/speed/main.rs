@@ -5,6 +5,7 @@
 //! - the whole step with interpolation and exact contouring error
 //! - recording, against the bare MCAP writer
 //! - `servosim run` as a process
+//! - NC programs: steps a second beside a path's, and ten million blocks
 //! - control points and time of B-spline fits
 //! - splines of 10² … 10⁶ nodal points, time and memory
 
@@ -12,6 +13,7 @@ mod batch;
 mod c;
 mod fit;
 mod process;
+mod program;
 mod recording;
 mod scale;
 mod servo_loop;
@@ -23,12 +25,13 @@ fn main() {
     let quick = !arguments.iter().any(|argument| argument == "--bench");
     // `cargo bench -- step` runs the benches with that in their name.
     let filters: Vec<&String> = arguments.iter().filter(|argument| !argument.starts_with('-')).collect();
-    let benches: [Bench; 7] = [
+    let benches: [Bench; 8] = [
         ("loop", servo_loop::bench),
         ("batch", batch::bench),
         ("step", whole_step::bench),
         ("recording", recording::bench),
         ("process", process::bench),
+        ("program", program::bench),
         ("scale", scale::bench),
         ("fit", fit::bench),
     ];
