@@ -1,6 +1,7 @@
 //! NC programs through the interpolator and the closed loop.
 
 use std::f64::consts::PI;
+use std::fmt::Write as _;
 
 use nalgebra::Vector3;
 use rand::{RngExt, SeedableRng};
@@ -9,7 +10,7 @@ use servosim::feedrate::{Motion, Profile};
 use servosim::limits::{Event, Limits};
 use servosim::machining::{Machine, MotionFault, ProgramError, ProgramFacts, ProgramPeriod, ProgramRun, Shapes};
 use servosim::nc::{Action, Arc, Block, Dialect, NcError, Nurbs, Plane, Program, Reader, Reading, Writing};
-use servosim::path::{Helix, Line, Path};
+use servosim::path::{Cursor, Helix, Line, Path};
 use servosim::recording::{Facts, Recorder, Recording};
 use servosim::report::{RunData, RunFacts};
 use servosim::scenario::Scenario;
@@ -124,8 +125,8 @@ fn corners_are_passed_as_fast_as_allowed_and_smooth_joints_at_full_feed() {
     // On from a line into its tangent arc.
     assert_eq!(corner("G1 X0 Y0 Z0 F1200\nX50\nG3 X100 Y50 I0 J50\n"), 20.0);
     // Straight on, in many blocks.
-    let many: String = (1..100).map(|i| format!("X{i}\n")).collect();
-    assert_eq!(corner(&format!("G1 X0 Y0 Z0 F3000\n{many}")), 50.0);
+    let many: Vec<String> = (1..100).map(|i| format!("X{i}")).collect();
+    assert_eq!(corner(&format!("G1 X0 Y0 Z0 F3000\n{}\n", many.join("\n"))), 50.0);
     // From rapid motion to the feed: a stop.
     assert!(corner("G0 X0 Y0 Z0\nX50\nG1 X100 F3000\n") < 10.0);
 }
@@ -137,7 +138,7 @@ fn velocity_steps_of_setpoints_are_bounded_at_corners() {
     let mut text = "G1 X0 Y0 Z0 F6000\n".to_owned();
     for _ in 0..100 {
         let mut c = || rng.random_range(-3.0..3.0);
-        text += &format!("X{:.3} Y{:.3} Z{:.3}\n", c(), c(), c());
+        writeln!(text, "X{:.3} Y{:.3} Z{:.3}", c(), c(), c()).unwrap();
     }
     let periods = run(&text, &machine);
     for pair in periods.windows(2) {
@@ -355,7 +356,7 @@ fn the_contouring_error_is_that_of_the_whole_path() {
                 let (low, high) = (low.max(0.0), high.min(length));
                 for i in 0..=400 {
                     let s = low + (high - low) * f64::from(i) / 400.0;
-                    best = best.min((shape.point_mm(s, &mut Default::default()) - period.actual_mm).norm());
+                    best = best.min((shape.point_mm(s, &mut Cursor::default()) - period.actual_mm).norm());
                 }
             }
             base += length;

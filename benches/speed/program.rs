@@ -10,8 +10,8 @@ use servosim::simulation::Simulation;
 use crate::{fastest, seconds};
 
 /// A block at 100 mm/s from one point to the next.
-fn block(line: usize, start_mm: [f64; 3], end_mm: [f64; 3], action: Action) -> Result<Block, NcError> {
-    Ok(Block { line, start_mm, end_mm, feed_mm_min: Some(6000.0), action })
+fn block(line: usize, start_mm: [f64; 3], end_mm: [f64; 3], action: Action) -> Block {
+    Block { line, start_mm, end_mm, feed_mm_min: Some(6000.0), action }
 }
 
 /// A wave in blocks of 0.1 mm.
@@ -23,7 +23,7 @@ fn wave(count: usize) -> impl Iterator<Item = Result<Block, NcError>> {
         let (x, phase) = (if turn < 1.0 { turn } else { 2.0 - turn }, 0.02 * x);
         [100.0 * x, 20.0 * libm::sin(phase), 0.0]
     };
-    (0..count).map(move |i| block(i + 1, point(i), point(i + 1), Action::Linear))
+    (0..count).map(move |i| Ok(block(i + 1, point(i), point(i + 1), Action::Linear)))
 }
 
 pub(crate) fn bench(quick: bool) {
@@ -48,12 +48,11 @@ pub(crate) fn bench(quick: bool) {
     let arc = Arc { plane: Plane::Xy, clockwise: true, centre_mm: [0.0; 3] };
     let sweep = arc.sweep_rad(start, end);
     let helix = Helix::new(start.into(), end.into(), [0.0; 3].into(), [0, 1, 2], sweep, true).expect("a helix");
-    let cases: [(&str, &dyn Path<3>, Result<Block, NcError>); 2] = [
+    let cases: [(&str, &dyn Path<3>, Block); 2] = [
         ("line", &line, block(1, [0.0; 3], [length, 0.0, 0.0], Action::Linear)),
         ("helix", &helix, block(1, start, end, Action::Arc(arc))),
     ];
     for (name, path, one) in cases {
-        let one = one.expect("a block");
         let speed = if quick { 10.0 } else { 100.0 };
         let motion = Motion::plan(path.length_mm(), speed, profile).expect("a motion");
         let mut samples = 0;
