@@ -178,7 +178,7 @@ fn validates_limits_continuity_and_length_on_random_pieces() {
                 assert!(now.feed_mm_s <= limit * (1.0 + 1e-9), "limit {limit}: {}", what());
                 last = now;
             }
-            assert_eq!(last.s_mm, span.length_mm());
+            assert_eq!(span.at(span.total_s()).s_mm, span.length_mm());
             base += span.length_mm();
         }
         // Joints: the speed where a piece begins.

@@ -5,6 +5,7 @@
 //! - the whole step with interpolation and exact contouring error
 //! - recording, against the bare MCAP writer
 //! - `servosim run` as a process
+//! - NC programs: steps a second beside a path's, and ten million blocks
 //! - control points and time of B-spline fits
 //! - the drop cutter, against `OpenCAMLib` (`tests/drop_opencamlib.py`)
 //! - nested rings of large contours
@@ -16,6 +17,7 @@ mod drop;
 mod fit;
 mod guide;
 mod process;
+mod program;
 mod recording;
 mod scale;
 mod servo_loop;
@@ -27,12 +29,14 @@ fn main() {
     let quick = !arguments.iter().any(|argument| argument == "--bench");
     // `cargo bench -- step` runs the benches with that in their name.
     let filters: Vec<&String> = arguments.iter().filter(|argument| !argument.starts_with('-')).collect();
-    let benches: [Bench; 9] = [
+    let benches: [Bench; 10] = [
+    let benches: [Bench; 10] = [
         ("loop", servo_loop::bench),
         ("batch", batch::bench),
         ("step", whole_step::bench),
         ("recording", recording::bench),
         ("process", process::bench),
+        ("program", program::bench),
         ("scale", scale::bench),
         ("fit", fit::bench),
         ("drop", drop::bench),

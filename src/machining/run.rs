@@ -34,6 +34,9 @@ pub struct ProgramPeriod {
 /// far ahead as stopping takes, and let go behind the setpoint once they are beyond twice the reach of the largest
 /// tracking error so far. A tool further off than what is held (a loop that locked up) is measured against what is held.
 ///
+/// What is wrong with a block ends the run when it is read, about a stopping distance before the tool gets there;
+/// [`ProgramFacts::of`] finds it before anything moves.
+///
 /// ```
 /// use servosim::limits::Limits;
 /// use servosim::machining::{Machine, ProgramFacts, ProgramRun};

@@ -191,7 +191,10 @@ impl<I: Iterator<Item = Result<Block, NcError>>> Shapes<I> {
                 let centre = SVector::from(arc.centre_mm);
                 let sweep = arc.sweep_rad(block.start_mm, block.end_mm);
                 let length = sweep * arc.radius_mm(block.start_mm) + (end - start).norm();
-                if length > 2.0 * SHORTEST_MM {
+                // What is not a number is refused by the helix.
+                if length <= 2.0 * SHORTEST_MM {
+                    None
+                } else {
                     let helix = Helix::new(start, end, centre, arc.plane.axes(), sweep, arc.clockwise)?;
                     let arc = motion(Shape::Helix(helix));
                     match line(here, start)? {
@@ -201,15 +204,13 @@ impl<I: Iterator<Item = Result<Block, NcError>>> Shapes<I> {
                         }
                         None => Some(arc),
                     }
-                } else {
-                    None
                 }
             }
             Action::Nurbs(curve) => {
-                if curve.polygon_length_mm() > SHORTEST_MM {
-                    Some(motion(Shape::Nurbs(Box::new(nurbs(curve, here)?))))
-                } else {
+                if curve.polygon_length_mm() <= SHORTEST_MM {
                     None
+                } else {
+                    Some(motion(Shape::Nurbs(Box::new(nurbs(curve, here)?))))
                 }
             }
             _ => line(here, end)?,

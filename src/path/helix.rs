@@ -283,17 +283,15 @@ mod tests {
                 let s = rng.random_range(2.0 * h..length - 2.0 * h);
                 let [before, here, after] = [s - h, s, s + h].map(|s| helix.frame(s, &mut cursor));
                 let slope = (after.point_mm - before.point_mm) / (2.0 * h);
-                // A chord shortens by (κh)²/6.
-                let kappa = here.curvature_1_mm.norm();
-                assert!((slope - here.tangent).norm() < 0.5 * (kappa * h).powi(2) + 1e-9, "case {case} s {s}");
+                // Each derivative along s brings in another turn rate ω; differences are good to (ωh)².
+                let (kappa, omega) = (here.curvature_1_mm.norm(), helix.sweep / length);
+                let fine = (omega * h).powi(2);
+                assert!((slope - here.tangent).norm() < kappa / omega * fine + 1e-12 / h, "case {case} s {s}");
                 let bend = (after.tangent - before.tangent) / (2.0 * h);
-                assert!(
-                    (bend - here.curvature_1_mm).norm() < kappa * (kappa * h).powi(2) + 1e-9 / h,
-                    "case {case} s {s}"
-                );
+                assert!((bend - here.curvature_1_mm).norm() < kappa * fine + 1e-13 / h, "case {case} s {s}");
                 let rate = (after.curvature_1_mm - before.curvature_1_mm) / (2.0 * h);
                 let error = (rate - here.curvature_rate_1_mm2).norm();
-                assert!(error < kappa * kappa * (kappa * h).powi(2) + 1e-9 * kappa / h, "case {case} s {s}: {error}");
+                assert!(error < kappa * omega * fine + 1e-12 * kappa / h, "case {case} s {s}: {error}");
                 assert!(kappa <= helix.curvature_bound_1_mm(s - h, s + h) * (1.0 + 1e-12), "case {case} s {s}");
             }
         }

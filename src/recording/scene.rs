@@ -241,7 +241,7 @@ fn thinned<const A: usize>(points: &[SVector<f64, A>]) -> Vec<Point3> {
     let stride = points.len().div_ceil(MAX_DESIRED_POINTS - 1).max(1);
     let mut thin: Vec<Point3> = points.iter().step_by(stride).map(|p| point(*p)).collect();
     if let Some(last) = points.last()
-        && (points.len() - 1) % stride != 0
+        && !(points.len() - 1).is_multiple_of(stride)
     {
         thin.push(point(*last));
     }

@@ -197,7 +197,7 @@ impl Figures {
 ///
 /// Up to [`MAX_BUCKETS`] samples every one is kept. From there on neighbouring buckets are merged two by two, as often as
 /// it takes; a bucket keeps its first and its last sample and, whole and in their order, those with the lowest and the
-/// highest value of every signal, so that no peak is lost. (Usually some ten samples a bucket, 10 MB; 30 at the most.)
+/// highest value of every signal, so that no peak is lost. (Usually some ten samples a bucket, 10 MB; 32 at the most.)
 #[derive(Debug, Clone, PartialEq)]
 pub struct RunData {
     facts: RunFacts,
