@@ -6,6 +6,7 @@
 //! - recording, against the bare MCAP writer
 //! - `servosim run` as a process
 //! - control points and time of B-spline fits
+//! - the machining check: pieces of a path a second
 //! - splines of 10² … 10⁶ nodal points, time and memory
 
 mod batch;
@@ -13,6 +14,7 @@ mod c;
 mod fit;
 mod process;
 mod recording;
+mod removal;
 mod scale;
 mod servo_loop;
 mod whole_step;
@@ -23,7 +25,7 @@ fn main() {
     let quick = !arguments.iter().any(|argument| argument == "--bench");
     // `cargo bench -- step` runs the benches with that in their name.
     let filters: Vec<&String> = arguments.iter().filter(|argument| !argument.starts_with('-')).collect();
-    let benches: [Bench; 7] = [
+    let benches: [Bench; 8] = [
         ("loop", servo_loop::bench),
         ("batch", batch::bench),
         ("step", whole_step::bench),
@@ -31,6 +33,7 @@ fn main() {
         ("process", process::bench),
         ("scale", scale::bench),
         ("fit", fit::bench),
+        ("removal", removal::bench),
     ];
     for (name, bench) in benches {
         if filters.is_empty() || filters.iter().any(|filter| name.contains(filter.as_str())) {
