@@ -50,7 +50,7 @@ pub(in super::super) fn sheet() -> Sheet {
     };
     let space = head.draw(&mut sheet);
     let errors = Range::of(curves.iter().flat_map(|(_, _, points)| points).map(|(_, error)| *error));
-    let y = Axis::decades(Range { low: 0.8 * errors.low, high: 1.3 * errors.high });
+    let y = Axis::decades(Range { low: 0.6 * errors.low, high: 1.3 * errors.high });
     let gutter = gutter(&[&y]);
     let frame = Frame { left: space.left + gutter, right: space.right - 8.0, ..space };
     let mut panel = Panel::new(frame, Axis::decades(RADII), y);
@@ -62,7 +62,7 @@ pub(in super::super) fn sheet() -> Sheet {
     for row in &rows {
         let at = panel.at(row.curvature_radius_mm.abs(), row.error_percent);
         sheet.ring(at, 4.5, 1.8, pen(row.scallop_mm, true).colour);
-        panel.keep_clear(vec![(at.0 - 6.0, at.1), (at.0 + 6.0, at.1)]);
+        panel.keep_clear(vec![(at.0, at.1 - 8.0), (at.0, at.1 + 9.0)]);
     }
     for row in &rows {
         let at = panel.at(row.curvature_radius_mm.abs(), row.error_percent);
