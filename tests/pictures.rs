@@ -68,7 +68,8 @@ fn deviations(side: usize, servo: f64) -> Vec<f32> {
             let ring = x.abs().max(y.abs()) / 3.0;
             let arch = 2.0 * (ring - ring.floor()) - 1.0;
             let gouge = -12.0 * (-((x - 10.0).powi(2) + (y + 12.0).powi(2)) / 8.0).exp();
-            (250.0 * arch * arch * (1.0 - 0.003 * x.hypot(y)) + gouge + servo * (0.9 * x).sin() * (1.7 * y).cos()) as f32
+            (250.0 * arch * arch * (1.0 - 0.003 * x.hypot(y)) + gouge + servo * (0.9 * x).sin() * (1.7 * y).cos())
+                as f32
         })
         .collect()
 }
@@ -76,6 +77,7 @@ fn deviations(side: usize, servo: f64) -> Vec<f32> {
 fn maps<'a>(nominal: &'a [f32], as_cut: &'a [f32], side: usize) -> DeviationPicture<'a> {
     let panel = |title, values_um| DeviationPanel {
         title,
+        facts: "mean 80.1 µm, rms 110 µm, 98.7 % within the limits, 95 % below 224 µm",
         low_mm: [0.0, 0.0],
         cell_mm: 80.0 / side as f64,
         columns: side,
@@ -152,7 +154,8 @@ fn pictures_of_a_patch() {
         assert_eq!(files, wanted);
         for file in files {
             let size = fs::metadata(&file).unwrap().len();
-            assert!((5_000..1_000_000).contains(&size), "{}: {size} bytes", file.display());
+            let most = if format == Format::Svg { 1_000_000 } else { 3_000_000 };
+            assert!((5_000..most).contains(&size), "{}: {size} bytes", file.display());
         }
     }
 }
@@ -162,12 +165,14 @@ fn maps_say_their_extremes_limits_and_units() {
     let (nominal, as_cut) = (deviations(100, 0.0), deviations(100, 9.0));
     let said = texts(&maps(&nominal, &as_cut, 100).draw(Format::Svg).unwrap());
     assert_says(&said, &["patch: deviation from the design surface", "nominal", "as cut", "x [mm]", "y [mm]", "uncut"]);
-    assert_says(&said, &["largest excess", "deepest gouge", "tolerance −10", "limit 250"]);
+    assert_says(&said, &["largest excess", "deepest gouge", "limit −10", "limit 250"]);
     assert!(said.iter().any(|text| text.contains("deviation [µm]")), "{said:#?}");
     let worst = |values: &[f32]| values.iter().copied().filter(|value| value.is_finite()).fold(0.0, f32::max);
     for values in [&nominal, &as_cut] {
-        let start = format!("+{:.0}", worst(values).floor());
-        assert!(said.iter().any(|text| text.starts_with(&start) && text.ends_with(" µm")), "{start}: {said:#?}");
+        // Four digits.
+        let largest = format!("+{:.1}", worst(values));
+        let wanted = format!("{} µm", largest.trim_end_matches(".0"));
+        assert_says(&said, &[&wanted]);
     }
     assert!(said.iter().filter(|text| text.starts_with('−') && text.ends_with(" µm")).count() == 2, "{said:#?}");
 }
@@ -186,7 +191,8 @@ fn the_worst_cell_of_a_block_is_kept() {
     for (worst, colour) in [(90.0_f32, [8, 48, 107]), (-90.0, [110, 38, 2]), (f32::INFINITY, [128, 128, 128])] {
         let mut values = vec![1.0_f32; 2000 * 2000];
         values[1_234_567] = worst;
-        let map = DeviationPanel { title: "", low_mm: [0.0; 2], cell_mm: 0.01, columns: 2000, values_um: &values };
+        let map =
+            DeviationPanel { title: "", facts: "", low_mm: [0.0; 2], cell_mm: 0.01, columns: 2000, values_um: &values };
         let with = |values_um| DeviationPicture {
             name: "",
             facts: "",
@@ -241,10 +247,16 @@ fn from_base64(text: &str) -> Vec<u8> {
 #[test]
 fn paths_say_what_their_lines_are() {
     let said = texts(&path().draw_rings(Format::Svg).unwrap());
-    assert_says(&said, &["patch: tool path in plan", "x [mm]", "y [mm]", "border of the region", "air moves", "start", "end"]);
+    assert_says(
+        &said,
+        &["patch: tool path in plan", "x [mm]", "y [mm]", "border of the region", "air moves", "start", "end"],
+    );
     assert_says(&said, &["from ring to ring, cutting", "depth of the ring", "30"]);
     let said = texts(&path().draw_3d(Format::Svg).unwrap());
-    assert_says(&said, &["patch: tool path in three dimensions", "x [mm]", "y [mm]", "z [mm]", "height z [mm]", "air moves"]);
+    assert_says(
+        &said,
+        &["patch: tool path in three dimensions", "x [mm]", "y [mm]", "z [mm]", "height z [mm]", "air moves"],
+    );
 }
 
 #[test]
@@ -256,13 +268,23 @@ fn validates_the_papers_table_of_step_overs() {
         .collect();
     // 0.108, 1.088, 0.210 and 2.10 %; 0.024 … 0.029 and 0.24 … 0.29 %: as the specification has them.
     assert_eq!(rows.len(), 10, "{errors:#?}");
-    for (row, wanted) in rows.iter().zip([0.108, 1.088, 0.210, 2.10, 0.029, 0.293, 0.026, 0.26, 0.0235, 0.236]) {
+    for (row, wanted) in rows.iter().zip([0.108, 1.088, 0.210, 2.10, 0.0292, 0.293, 0.0250, 0.251, 0.0235, 0.236]) {
         assert!((row.error_percent / wanted - 1.0).abs() < 0.02, "{row:?} instead of {wanted}");
         assert!((row.fast_mm / row.exact_mm - 1.0).abs() * 100.0 - row.error_percent < 1e-9);
     }
     assert!(stepover_row(5.0, 0.1, -4.0).is_err() && stepover_row(5.0, f64::NAN, 4.0).is_err());
     let said = texts(&draw_stepover(Format::Svg).unwrap());
-    assert_says(&said, &["R = 10: 0.108 %", "R = 10: 1.09 %", "R = 4: 0.21 %", "R = 4: 2.1 %", "concave, h = 0.1 mm"]);
+    assert_says(
+        &said,
+        &[
+            "R = 10: 0.108 %",
+            "R = 10: 1.09 %",
+            "R = 4: 0.21 %",
+            "R = 4: 2.1 %",
+            "R = −11 … −9: 0.0235 … 0.0292 %",
+            "concave, h = 0.1 mm",
+        ],
+    );
 }
 
 #[test]
@@ -284,7 +306,14 @@ fn no_input_breaks_a_picture() {
     for value in bad {
         for columns in [0, 1, 2, 6, 7, usize::MAX] {
             for values_um in [&odd[..], &odd[..1], &odd[4..], &[]] {
-                let map = DeviationPanel { title: "<&>\u{0}", low_mm: [value, 1.0], cell_mm: value, columns, values_um };
+                let map = DeviationPanel {
+                    title: "<&>\u{0}",
+                    facts: "\u{1}&",
+                    low_mm: [value, 1.0],
+                    cell_mm: value,
+                    columns,
+                    values_um,
+                };
                 let map = if columns == 2 { DeviationPanel { low_mm: [0.0, 1.0], cell_mm: 1.0, ..map } } else { map };
                 let picture = DeviationPicture {
                     name: "a<b>&\"\u{1b}",

@@ -110,7 +110,8 @@ fn cutters() -> [Cutter; 4] {
 
 /// A path of long, short, level, steep and upright pieces, turns of every angle, places held.
 fn random_path(random: &mut Xoshiro256PlusPlus, pieces: usize) -> Vec<Point> {
-    let mut at = Point::new(random.random_range(-4.0..4.0), random.random_range(-4.0..4.0), random.random_range(-1.0..3.0));
+    let mut at =
+        Point::new(random.random_range(-4.0..4.0), random.random_range(-4.0..4.0), random.random_range(-1.0..3.0));
     let mut path = vec![at];
     let mut angle: f64 = random.random_range(0.0..TAU);
     for _ in 0..pieces {
@@ -142,13 +143,14 @@ fn validates_swept_cutters_against_brute_force_on_random_paths() {
         for row in 0..rows {
             for column in 0..columns {
                 let [x, y] = field.centre_mm(column, row);
-                let wanted =
-                    path.windows(2).map(|p| brute(&cutter, p[0], p[1], x, y)).fold(f64::INFINITY, f64::min);
+                let wanted = path.windows(2).map(|p| brute(&cutter, p[0], p[1], x, y)).fold(f64::INFINITY, f64::min);
                 let height = field.height_mm(x, y).unwrap();
                 cut += usize::from(height.is_finite());
-                // On the rim of a flat cutter a cell is cut or not; elsewhere 1e-7 mm: the steepest pieces here are 1e5 : 1.
+                // On the rim of a cutter a cell is cut or not; elsewhere 1e-7 mm: the steepest pieces here are 1e5 : 1.
                 let near = path.windows(2).any(|p| {
-                    (0..=1).any(|end| ((p[end].xy() - nalgebra::Vector2::new(x, y)).norm() - 2.0).abs() < 1e-6)
+                    let (from, way) = (nalgebra::Vector2::new(x, y) - p[0].xy(), p[1].xy() - p[0].xy());
+                    let along = if way.norm() > 0.0 { from.dot(&way) / way.norm_squared() } else { 0.0 };
+                    ((from - along.clamp(0.0, 1.0) * way).norm() - 2.0).abs() < 1e-6
                 });
                 assert!(
                     (height - wanted).abs() < 1e-7 || height == wanted || near,
@@ -167,7 +169,13 @@ fn validates_a_ball_against_the_plain_envelope_of_dense_samples() {
     let ball = Cutter::ball(2.0).unwrap();
     for _ in 0..6 {
         let path: Vec<Point> = (0..8)
-            .map(|_| Point::new(random.random_range(-4.0..4.0), random.random_range(-4.0..4.0), random.random_range(0.0..2.0)))
+            .map(|_| {
+                Point::new(
+                    random.random_range(-4.0..4.0),
+                    random.random_range(-4.0..4.0),
+                    random.random_range(0.0..2.0),
+                )
+            })
             .collect();
         let mut field = HeightField::new([-5.0, -5.0], [5.0, 5.0], 0.5).unwrap();
         field.cut_along(&ball, &path).unwrap();
@@ -243,7 +251,7 @@ fn validates_the_scallop_of_parallel_passes_on_level_and_inclined_planes() {
             let w = flat_mm(5.0, h).unwrap();
             let step = w / (1.0 + slope * slope).sqrt();
             let mut field = HeightField::new([-3.0, -4.0], [3.0, 4.0], 0.02).unwrap();
-            for [from, to] in passes(slope, &ball, (-12..=12).map(|k| f64::from(k) * step)) {
+            for [from, to] in passes(slope, &ball, (-32..=32).map(|k| f64::from(k) * step)) {
                 field.cut(&ball, from, to).unwrap();
             }
             let figures = DeviationMap::of(&mut field, &plane(slope), None).figures(-0.01..=1e3 * h + 0.01);
@@ -254,8 +262,8 @@ fn validates_the_scallop_of_parallel_passes_on_level_and_inclined_planes() {
             assert!(figures.deepest_gouge_um() < 1e-3, "{figures:?}");
             assert_eq!((figures.uncut, figures.within_share), (0, 1.0));
             // Mean of a parabola's arch: a third of its height; rms 1/√5.
-            assert!((figures.mean_um / (1e3 * h / 3.0) - 1.0).abs() < 0.06, "{figures:?}");
-            assert!((figures.rms_um / (1e3 * h / 5.0_f64.sqrt()) - 1.0).abs() < 0.06, "{figures:?}");
+            assert!((figures.mean_um / (1e3 * h / 3.0) - 1.0).abs() < 0.1, "{figures:?}");
+            assert!((figures.rms_um / (1e3 * h / 5.0_f64.sqrt()) - 1.0).abs() < 0.1, "{figures:?}");
             // The ball touches beside its axis, and the ridge stands square on the plane.
             let sine = slope / (1.0 + slope * slope).sqrt();
             let place = (figures.largest.unwrap().at_mm[1] - (5.0 - h) * sine) / step - 0.5;
@@ -273,7 +281,8 @@ fn validates_the_scallop_of_rings_on_a_sphere() {
     let angle = 2.0 * (0.5 * w / radius).asin();
     let mut field = HeightField::new([-12.0, -12.0], [12.0, 12.0], 0.05).unwrap();
     for ring in 0..=20 {
-        let (out, up) = ((radius + r) * (f64::from(ring) * angle).sin(), (radius + r) * (f64::from(ring) * angle).cos());
+        let (out, up) =
+            ((radius + r) * (f64::from(ring) * angle).sin(), (radius + r) * (f64::from(ring) * angle).cos());
         // Chords 1e-7 mm off the circle cost nothing here, and cut no deeper than that.
         let corners = 1 + (60.0 * out) as usize;
         let path: Vec<Point> = (0..=corners)
@@ -306,8 +315,7 @@ fn validates_the_distance_to_a_steep_curved_surface() {
         for share in [0.0, 0.3, 0.6, 0.85] {
             // A point at distance `off` over the place at this share of the radius; a flat cutter cuts the cell there to it.
             let place = Point::new(share, 0.0, (1.0 - share * share as f64).sqrt()) * (radius + off);
-            let mut field =
-                HeightField::new([place.x - 0.005, -0.005], [place.x + 0.005, 0.005], 0.01).unwrap();
+            let mut field = HeightField::new([place.x - 0.005, -0.005], [place.x + 0.005, 0.005], 0.01).unwrap();
             let tip = Point::new(place.x, 0.0, place.z);
             field.cut(&Cutter::flat(1.0).unwrap(), tip, tip).unwrap();
             let figures = DeviationMap::of(&mut field, &surface, None).figures(0.0..=1.0);
@@ -347,7 +355,10 @@ fn a_gouge_is_found_where_it_is() {
     assert_eq!((figures.cells, figures.uncut), (90 * 90, 0), "9 mm square of 0.1 mm cells");
     assert!(figures.deepest_gouge_um() < 1e-9);
     let island = MapRegion { polygons_mm: vec![square(-9.0, 9.0), square(-6.0, 5.0)], margin_mm: 0.0 };
-    assert_eq!(DeviationMap::of(&mut gouged, &plane(0.0), Some(&island)).figures(0.0..=0.0).cells, 180 * 180 - 110 * 110);
+    assert_eq!(
+        DeviationMap::of(&mut gouged, &plane(0.0), Some(&island)).figures(0.0..=0.0).cells,
+        180 * 180 - 110 * 110
+    );
 }
 
 #[test]
@@ -385,7 +396,12 @@ fn percentiles_are_exact() {
 #[test]
 fn impossible_input_is_refused() {
     let make = |low, high, cell| HeightField::new(low, high, cell).unwrap_err();
-    for (low, high) in [([0.0, 0.0], [0.0, 1.0]), ([0.0, f64::NAN], [1.0, 1.0]), ([0.0, 0.0], [f64::INFINITY, 1.0]), ([2.0; 2], [1.0; 2])] {
+    for (low, high) in [
+        ([0.0, 0.0], [0.0, 1.0]),
+        ([0.0, f64::NAN], [1.0, 1.0]),
+        ([0.0, 0.0], [f64::INFINITY, 1.0]),
+        ([2.0; 2], [1.0; 2]),
+    ] {
         assert!(matches!(make(low, high, 0.1), HeightFieldError::BadRectangle { .. }));
     }
     for cell in [0.0, -1.0, f64::NAN, f64::INFINITY] {
@@ -407,7 +423,10 @@ fn impossible_input_is_refused() {
     assert_eq!(field.height_mm(0.5, 0.5), Some(f64::INFINITY));
     field.cut(&Cutter::ball(1e6).unwrap(), Point::new(0.0, 0.0, 1.0), Point::new(1.0, 1.0, 1.0)).unwrap();
     assert!(field.heights_mm().iter().all(|height| (1.0..1.001).contains(height)));
-    assert_eq!((field.height_mm(-0.1, 0.5), field.height_mm(f64::NAN, 0.5), field.height_mm(0.5, 1.05)), (None, None, None));
+    assert_eq!(
+        (field.height_mm(-0.1, 0.5), field.height_mm(f64::NAN, 0.5), field.height_mm(0.5, 1.05)),
+        (None, None, None)
+    );
 }
 
 #[test]

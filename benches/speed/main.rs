@@ -9,6 +9,7 @@
 //! - control points and time of B-spline fits
 //! - the drop cutter, against `OpenCAMLib` (`tests/drop_opencamlib.py`)
 //! - nested rings of large contours
+//! - the machining check: pieces of a path a second
 //! - splines of 10² … 10⁶ nodal points, time and memory
 
 mod batch;
@@ -19,6 +20,7 @@ mod guide;
 mod process;
 mod program;
 mod recording;
+mod removal;
 mod scale;
 mod servo_loop;
 mod whole_step;
@@ -29,8 +31,9 @@ fn main() {
     let quick = !arguments.iter().any(|argument| argument == "--bench");
     // `cargo bench -- step` runs the benches with that in their name.
     let filters: Vec<&String> = arguments.iter().filter(|argument| !argument.starts_with('-')).collect();
-    let benches: [Bench; 10] = [
-    let benches: [Bench; 10] = [
+    let benches: [Bench; 11] = [
+    let benches: [Bench; 11] = [
+    let benches: [Bench; 11] = [
         ("loop", servo_loop::bench),
         ("batch", batch::bench),
         ("step", whole_step::bench),
@@ -41,6 +44,7 @@ fn main() {
         ("fit", fit::bench),
         ("drop", drop::bench),
         ("guide", guide::bench),
+        ("removal", removal::bench),
     ];
     for (name, bench) in benches {
         if filters.is_empty() || filters.iter().any(|filter| name.contains(filter.as_str())) {

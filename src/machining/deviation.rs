@@ -164,7 +164,8 @@ fn mask(region: &MapRegion, low: Vector2<f64>, cell: f64, [columns, rows]: [usiz
             if a.y.min(b.y) - margin > y || a.y.max(b.y) + margin < y {
                 continue;
             }
-            let (from, to) = ((a.x.min(b.x) - margin - low.x) / cell - 1.0, (a.x.max(b.x) + margin - low.x) / cell + 1.0);
+            let (from, to) =
+                ((a.x.min(b.x) - margin - low.x) / cell - 1.0, (a.x.max(b.x) + margin - low.x) / cell + 1.0);
             if to < 0.0 || from > columns as f64 {
                 continue;
             }

@@ -160,7 +160,11 @@ impl Sweep {
             let under = (1.0 + m * m - v_square / (rho * rho)).max(1e-300);
             let pull = corner * m / under.sqrt();
             let value = rho - flat - pull;
-            if value > 0.0 { high = rho } else { low = rho }
+            if value > 0.0 {
+                high = rho
+            } else {
+                low = rho
+            }
             let mut next = rho - value / (1.0 + pull / under * v_square / (rho * rho * rho));
             // Outside of what is known, or no number: halve.
             if !(next > low && next < high) {

@@ -115,7 +115,9 @@ fn every_mark_lies_on_the_sheet() {
             let points = match mark {
                 Mark::Line { points, .. } | Mark::Area { points, .. } => points.clone(),
                 Mark::Dot { at, .. } => vec![*at],
-                Mark::Image(image) => vec![(image.frame.left, image.frame.top), (image.frame.right, image.frame.bottom)],
+                Mark::Image(image) => {
+                    vec![(image.frame.left, image.frame.top), (image.frame.right, image.frame.bottom)]
+                }
                 Mark::Lettering(_) => continue,
             };
             for (x, y) in points {

@@ -15,6 +15,8 @@ use crate::toolpath::stepover::{StepoverError, exact_mm, fast_mm};
 pub struct DeviationPanel<'a> {
     /// What it shows: "nominal", "as cut".
     pub title: &'a str,
+    /// Figures of it, in one line below the map (where there is room).
+    pub facts: &'a str,
     /// Lower left corner \[mm\].
     pub low_mm: [f64; 2],
     /// Side of a cell \[mm\].
@@ -138,11 +140,7 @@ pub struct StepoverRow {
 ///
 /// # Errors
 /// As those of [`exact_mm`].
-pub fn stepover_row(
-    radius_mm: f64,
-    scallop_mm: f64,
-    curvature_radius_mm: f64,
-) -> Result<StepoverRow, StepoverError> {
+pub fn stepover_row(radius_mm: f64, scallop_mm: f64, curvature_radius_mm: f64) -> Result<StepoverRow, StepoverError> {
     let exact = exact_mm(radius_mm, scallop_mm, curvature_radius_mm)?;
     let fast = fast_mm(radius_mm, scallop_mm, curvature_radius_mm)?;
     let error_percent = 100.0 * (fast - exact).abs() / exact;

@@ -28,6 +28,8 @@ mod font;
 mod layout_tests;
 mod loops;
 mod machining;
+#[cfg(test)]
+mod machining_layout_tests;
 mod panel;
 mod pixels;
 mod plots;

@@ -215,11 +215,13 @@ impl Sheet {
         drop(backend);
         let size = |scale: f64| format!("width=\"{}\" height=\"{}\"", WIDTH_PX * scale, HEIGHT_PX * scale);
         let head = format!("{} stroke-linejoin=\"round\" stroke-linecap=\"round\"", size(1.0));
-        let images = self.marks.iter().filter_map(|mark| if let Mark::Image(image) = mark { Some(image) } else { None });
+        let images =
+            self.marks.iter().filter_map(|mark| if let Mark::Image(image) = mark { Some(image) } else { None });
         for image in images {
             // The next placeholder's element, from its `<` to its `>`.
             let colour = format!("fill=\"#{:02X}{:02X}{:02X}\"", PLACEHOLDER.0, PLACEHOLDER.1, PLACEHOLDER.2);
-            let found = out.find(&colour).and_then(|at| Some((out.get(..at)?.rfind('<')?, at + out.get(at..)?.find('>')?)));
+            let found =
+                out.find(&colour).and_then(|at| Some((out.get(..at)?.rfind('<')?, at + out.get(at..)?.find('>')?)));
             let (from, to) = found.ok_or("an image has lost its place")?;
             out.replace_range(from..=to, &embedded(image)?);
         }

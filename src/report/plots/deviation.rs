@@ -5,7 +5,7 @@ use super::super::curve::Frame;
 use super::super::font;
 use super::super::machining::{DeviationPanel, DeviationPicture};
 use super::super::panel::{Entry, Heading, LABEL_EM, Panel, Symbol, TITLE_EM, gutter, x_axis, y_axis};
-use super::super::sheet::{Anchor, BORDER, Colour, INK, Image, Lettering, Pen, Sheet, WHITE};
+use super::super::sheet::{Anchor, BORDER, Colour, INK, Image, Lettering, MUTED, Pen, Sheet, WHITE};
 use super::{capital, printable};
 
 /// From nothing to the deepest gouge, and to the highest excess: lightness falls evenly on both sides, and orange and blue are
@@ -20,10 +20,12 @@ const STEPS: u8 = 48;
 const MOST_SQUARES: usize = 560;
 const BAR_PX: f64 = 18.0;
 /// Room right of the maps for the bar, its numbers and its title.
-const ROOM_PX: f64 = 150.0;
+const ROOM_PX: f64 = 180.0;
 /// Room above a map for its title.
 const TITLE_PX: f64 = 24.0;
-const GAP_PX: f64 = 18.0;
+/// Below the lowest panel.
+const FOOT_PX: f64 = 62.0;
+const GAP_PX: f64 = 36.0;
 
 /// Deviations to colours: linear from nothing to each end; each side has at least a quarter of the bar.
 struct Scale {
@@ -53,7 +55,8 @@ impl Scale {
     }
 
     fn colour(&self, value: f64) -> Colour {
-        let (side, share) = if value < 0.0 { (&GOUGE, -value / self.gouge_um) } else { (&EXCESS, value / self.excess_um) };
+        let (side, share) =
+            if value < 0.0 { (&GOUGE, -value / self.gouge_um) } else { (&EXCESS, value / self.excess_um) };
         #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss)] // 0 to the number of steps
         let step = ((share.max(0.0).min(1.0) * f64::from(STEPS)) as u8).min(STEPS - 1);
         mixed(side, f64::from(step) / f64::from(STEPS - 1))
@@ -96,20 +99,18 @@ impl Scale {
             free
         };
         // The limits first: numbers give way to them.
-        let limits = [
-            (picture.gouge_limit_um.map(|limit| -limit), self.gouge_um, "tolerance"),
-            (picture.excess_limit_um, self.excess_um, "limit"),
-        ];
-        for (limit, end, what) in limits {
+        let limits =
+            [(picture.gouge_limit_um.map(|limit| -limit), self.gouge_um), (picture.excess_limit_um, self.excess_um)];
+        for (limit, end) in limits {
             if let Some(limit) = limit.filter(|limit| *limit != 0.0 && limit.abs() <= end) {
                 let y = at(limit);
                 sheet.line(&[(left - 5.0, y), (right + 6.0, y)], Pen::solid(INK, 2.0));
-                label(sheet, y, &format!("{what} {}", figure(limit, 4)), INK);
+                label(sheet, y, &font::fitted(&format!("limit {}", figure(limit, 4)), LABEL_EM, 100.0), INK);
             }
         }
         let sides = [Range { low: 0.0, high: self.excess_um }, Range { low: -self.gouge_um, high: 0.0 }];
         for (range, share) in sides.into_iter().zip([1.0 - self.zero, self.zero]) {
-            let axis = Axis::linear(range, share * frame.height(), 46.0, false);
+            let axis = Axis::linear(range, share * frame.height(), 34.0, false);
             for tick in axis.ticks {
                 let y = at(tick.value);
                 if label(sheet, y, &figure(tick.value, 4), INK) {
@@ -118,7 +119,7 @@ impl Scale {
             }
         }
         let at = (beside.right + ROOM_PX - 16.0, 0.5 * (top + bottom));
-        let title = Lettering::new(at, "gouge (−)     deviation [µm]     excess (+)", 14.0, Anchor::Middle);
+        let title = Lettering::new(at, "deviation [µm]: gouge −, excess +", 14.0, Anchor::Middle);
         sheet.text(Lettering { upwards: true, ..title });
     }
 }
@@ -177,10 +178,7 @@ impl<'a> Map<'a> {
 
     fn ranges(&self) -> [Range; 2] {
         let [x, y] = self.panel.low_mm;
-        [
-            Range { low: x, high: x + self.side(self.panel.columns) },
-            Range { low: y, high: y + self.side(self.rows) },
-        ]
+        [Range { low: x, high: x + self.side(self.panel.columns) }, Range { low: y, high: y + self.side(self.rows) }]
     }
 
     /// The map's picture: the worst of each block of cells.
@@ -217,12 +215,32 @@ impl<'a> Map<'a> {
     }
 }
 
+/// An axis without the numbers that would touch the one before: on a part that is long and thin there is room for one or two.
+fn apart(mut axis: Axis, length_px: f64, across: bool) -> Axis {
+    let mut end = f64::NEG_INFINITY;
+    let places: Vec<f64> = axis.ticks.iter().map(|tick| axis.share(tick.value) * length_px).collect();
+    let mut places = places.into_iter();
+    axis.ticks.retain(|tick| {
+        let half = 0.5 * if across { font::width_px(&tick.label, LABEL_EM) } else { LABEL_EM };
+        let place = places.next().unwrap_or_default();
+        let free = place - half > end;
+        if free {
+            end = place + half + 4.0;
+        }
+        free
+    });
+    axis
+}
+
 pub(in super::super) fn sheet(picture: &DeviationPicture<'_>) -> Sheet {
     let mut sheet = Sheet::default();
     let maps: Vec<Map<'_>> = picture.maps.iter().take(2).filter_map(Map::of).collect();
     let scale = Scale::of(picture);
     let mut head = Heading {
-        title: format!("{}: deviation from the design surface", font::shortened(&printable(picture.name), TITLE_EM, 620.0)),
+        title: format!(
+            "{}: deviation from the design surface",
+            font::shortened(&printable(picture.name), TITLE_EM, 620.0)
+        ),
         subtitle: capital(&printable(picture.facts)),
         ..Heading::default()
     };
@@ -233,7 +251,7 @@ pub(in super::super) fn sheet(picture: &DeviationPicture<'_>) -> Sheet {
     head.legend.push(ring(EXCESS[4], "largest excess"));
     head.legend.push(ring(GOUGE[3], "deepest gouge"));
     for (limit, end, what) in [
-        (picture.gouge_limit_um, scale.gouge_um, "tolerance"),
+        (picture.gouge_limit_um, scale.gouge_um, "limit of the gouge"),
         (picture.excess_limit_um, scale.excess_um, "limit of the excess"),
     ] {
         if let Some(limit) = limit.filter(|limit| *limit > end) {
@@ -254,17 +272,22 @@ pub(in super::super) fn sheet(picture: &DeviationPicture<'_>) -> Sheet {
     // Equal scale of both axes, in frames just as large as the maps.
     let mut y_numbers = y_axis(y, maps_frame.height(), false);
     let gutter = gutter(&[&y_numbers]);
-    let room = (maps_frame.width() - gutter - (count - 1.0) * GAP_PX) / count;
+    // Neighbouring numbers below the maps keep apart.
+    let x_numbers = x_axis(x, 0.5 * maps_frame.width(), false);
+    let widest = x_numbers.ticks.iter().map(|tick| font::width_px(&tick.label, LABEL_EM)).fold(0.0, f64::max);
+    let gap = GAP_PX.max(widest + 20.0);
+    let room = (maps_frame.width() - gutter - (count - 1.0) * gap) / count;
     let px_per_mm = (room / x.span()).min(maps_frame.height() / y.span());
     // However long and thin a part is, there is a panel.
     let (width, height) = ((px_per_mm * x.span()).max(40.0), (px_per_mm * y.span()).max(40.0));
     y_numbers = if height < 0.8 * maps_frame.height() { y_axis(y, height, false) } else { y_numbers };
+    y_numbers = apart(y_numbers, height, false);
     let mut last = Frame { left: maps_frame.left + gutter, top: maps_frame.top, right: maps_frame.left, bottom: 0.0 };
     for (i, map) in maps.iter().enumerate() {
-        let left = maps_frame.left + gutter + i as f64 * (width + GAP_PX);
+        let left = maps_frame.left + gutter + i as f64 * (width + gap);
         let frame = Frame { left, top: maps_frame.top, right: left + width, bottom: maps_frame.top + height };
         last = frame;
-        let mut panel = Panel::filled(frame, x_axis(x, width, false), y_numbers.clone());
+        let mut panel = Panel::filled(frame, apart(x_axis(x, width, false), width, true), y_numbers.clone());
         let [own_x, own_y] = map.ranges();
         let ((left, bottom), (right, top)) = (panel.at(own_x.low, own_y.low), panel.at(own_x.high, own_y.high));
         sheet.image(map.image(&scale, Frame { left, top, right, bottom }));
@@ -273,7 +296,14 @@ pub(in super::super) fn sheet(picture: &DeviationPicture<'_>) -> Sheet {
         if i == 0 {
             panel.y_title(&mut sheet, gutter, "y", "mm");
         }
-        let title = font::fitted(&printable(map.panel.title), 15.0, width.max(120.0));
+        // Up to the next map, or the bar.
+        let slot = if i + 1 < maps.len() { width + gap - 10.0 } else { maps_frame.right - left };
+        let facts = font::fitted(&printable(map.panel.facts), LABEL_EM, slot);
+        if height + 90.0 < maps_frame.height() + FOOT_PX {
+            sheet
+                .text(Lettering::new((frame.left, frame.bottom + 66.0), facts, LABEL_EM, Anchor::Left).coloured(MUTED));
+        }
+        let title = font::fitted(&printable(map.panel.title), 15.0, slot);
         sheet.text(Lettering::new((frame.left, frame.top - 14.0), title, 15.0, Anchor::Left));
         let signed = |value: f64| format!("{}{} µm", if value > 0.0 { "+" } else { "" }, figure(value, 4));
         let marks = [(map.largest.filter(|m| m.0 > 0.0), EXCESS[4]), (map.least.filter(|m| m.0 < 0.0), GOUGE[3])];

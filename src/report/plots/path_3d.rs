@@ -2,9 +2,10 @@
 
 use super::super::axis::{Axis, Range, figure, power_of_ten, round_up_125};
 use super::super::curve::{Frame, Px, length};
+use super::super::font;
 use super::super::machining::{MoveKind, PathPicture};
 use super::super::sheet::{Anchor, BORDER, GRID, Lettering, Pen, Sheet};
-use super::rings::{AIR, ends, heading, mark_ends, places};
+use super::rings::{AIR, LINK_TEXT, ends, heading, mark_ends, places};
 use super::sweep::colour::{ROOM_PX, Scale};
 
 /// Turn of the part about Z and slant of the view: sines and cosines of 35 and 32 degrees.
@@ -53,6 +54,8 @@ pub(in super::super) fn sheet(picture: &PathPicture) -> Sheet {
         1.0
     };
     let mut head = heading(picture, "tool path in three dimensions");
+    // Here every cutting move has the colour of its height.
+    head.legend.retain(|entry| entry.text != LINK_TEXT);
     if times > 1.0 {
         let large = format!("heights drawn {} times as large", figure(times, 3));
         head.subtitle = if head.subtitle.is_empty() { large } else { format!("{}; {large}", head.subtitle) };
@@ -102,6 +105,9 @@ pub(in super::super) fn sheet(picture: &PathPicture) -> Sheet {
     sheet
 }
 
+/// Where the numbers of an axis stand: the edge, how far out, which end of them, and the axis' name.
+type Edge<'a> = (&'a dyn Fn(f64) -> [f64; 3], Px, Anchor, &'static str);
+
 /// The box around the path, ticks along three of its edges.
 fn box_and_axes(sheet: &mut Sheet, view: &View, [x, y, z]: [Range; 3]) {
     let line = |sheet: &mut Sheet, a: [f64; 3], b: [f64; 3], pen: Pen| sheet.line(&[view.at(a), view.at(b)], pen);
@@ -114,8 +120,8 @@ fn box_and_axes(sheet: &mut Sheet, view: &View, [x, y, z]: [Range; 3]) {
     let along_x = px([x.low, y.low, z.low], [x.high, y.low, z.low]);
     let along_y = px([x.high, y.low, z.low], [x.high, y.high, z.low]);
     let along_z = px([x.low, y.low, z.low], [x.low, y.low, z.high]);
-    let axes = [(x, along_x), (y, along_y), (z, along_z)]
-        .map(|(range, px)| Axis::linear(range, px.max(60.0), 62.0, false));
+    let axes =
+        [(x, along_x), (y, along_y), (z, along_z)].map(|(range, px)| Axis::linear(range, px.max(60.0), 62.0, false));
     for tick in axes[0].ticks.iter().map(|tick| tick.value) {
         line(sheet, [tick, y.low, z.low], [tick, y.high, z.low], faint);
         line(sheet, [tick, y.high, z.low], [tick, y.high, z.high], faint);
@@ -138,20 +144,35 @@ fn box_and_axes(sheet: &mut Sheet, view: &View, [x, y, z]: [Range; 3]) {
     line(sheet, [x.low, y.low, z.high], [x.low, y.high, z.high], edge);
     line(sheet, [x.low, y.high, z.high], [x.high, y.high, z.high], edge);
 
-    // Each number a little outward of its edge.
-    let ticks = |sheet: &mut Sheet, axis: &Axis, place: &dyn Fn(f64) -> [f64; 3], out: Px, anchor: Anchor, title: &str| {
+    // Titles first, then each number a little outward of its edge, where there is room.
+    let mut taken: Vec<Frame> = Vec::new();
+    let edges: [Edge<'_>; 3] = [
+        (&|t| [t, y.low, z.low], (-5.0, 10.0), Anchor::Right, "x"),
+        (&|t| [x.high, t, z.low], (6.0, 10.0), Anchor::Left, "y"),
+        (&|t| [x.low, y.low, t], (-9.0, 0.0), Anchor::Right, "z"),
+    ];
+    for (axis, (place, _, anchor, name)) in axes.iter().zip(&edges) {
+        let widest = axis.ticks.iter().map(|tick| font::width_px(&tick.label, 12.5)).fold(0.0, f64::max);
+        let middle = view.at(place(axis.range.middle()));
+        let (at, anchor) = match *name {
+            "x" => ((middle.0 - widest - 16.0, middle.1 + 34.0), *anchor),
+            "y" => ((middle.0 + widest + 20.0, middle.1 + 30.0), *anchor),
+            _ => (view.at(place(axis.range.high)), Anchor::Middle),
+        };
+        let at = if *name == "z" { (at.0, at.1 - 20.0) } else { at };
+        let title = Lettering::new(at, axis.title(name, "mm"), 14.0, anchor);
+        taken.push(title.frame());
+        sheet.text(title);
+    }
+    for (axis, (place, out, anchor, _)) in axes.iter().zip(&edges) {
         for tick in &axis.ticks {
             let (px, py) = view.at(place(tick.value));
-            sheet.line(&[(px, py), (px + 0.5 * out.0, py + 0.5 * out.1)], edge);
-            sheet.text(Lettering::new((px + out.0, py + out.1), tick.label.as_str(), 12.5, anchor));
+            let label = Lettering::new((px + out.0, py + out.1), tick.label.as_str(), 12.5, *anchor);
+            if !taken.iter().any(|other| other.overlaps(&label.frame())) {
+                sheet.line(&[(px, py), (px + 0.5 * out.0, py + 0.5 * out.1)], edge);
+                taken.push(label.frame());
+                sheet.text(label);
+            }
         }
-        let (px, py) = view.at(place(axis.range.middle()));
-        let far = if anchor == Anchor::Right { 5.2 } else { 3.9 };
-        let at = (px + far * out.0, py + far * out.1);
-        let title = Lettering::new(at, axis.title(title, "mm"), 14.0, anchor);
-        sheet.text(title);
-    };
-    ticks(sheet, &axes[0], &|t| [t, y.low, z.low], (-5.0, 10.0), Anchor::Right, "x");
-    ticks(sheet, &axes[1], &|t| [x.high, t, z.low], (6.0, 10.0), Anchor::Left, "y");
-    ticks(sheet, &axes[2], &|t| [x.low, y.low, t], (-9.0, 0.0), Anchor::Right, "z");
+    }
 }

@@ -12,6 +12,7 @@ use super::{capital, printable};
 
 pub(super) const AIR: Pen = Pen { colour: VERMILLION, width_px: 1.0, dash: Some(Dash::new(5.0, 4.0)) };
 const LINK: Pen = Pen { colour: INK, width_px: 1.6, dash: None };
+pub(super) const LINK_TEXT: &str = "from ring to ring, cutting";
 const BORDER: Pen = Pen { colour: MUTED, width_px: 2.4, dash: None };
 /// Rings with arrows: some of many.
 const ARROWED: usize = 5;
@@ -20,7 +21,7 @@ const ARROWED: usize = 5;
 pub(super) fn heading(picture: &PathPicture, what: &str) -> Heading {
     let has = |wanted: fn(MoveKind) -> bool| picture.moves.iter().any(|m| wanted(m.kind) && m.points_mm.len() > 1);
     let mut legend = Vec::new();
-    legend.extend(has(|kind| kind == MoveKind::Link).then(|| Entry::line(LINK, "from ring to ring, cutting")));
+    legend.extend(has(|kind| kind == MoveKind::Link).then(|| Entry::line(LINK, LINK_TEXT)));
     legend.extend(has(|kind| kind == MoveKind::Air).then(|| Entry::line(AIR, "air moves")));
     legend.push(Entry { symbol: Symbol::Ring(INK), text: "start".to_owned() });
     legend.push(Entry { symbol: Symbol::Ring(VERMILLION), text: "end".to_owned() });
@@ -73,8 +74,11 @@ pub(in super::super) fn sheet(picture: &PathPicture) -> Sheet {
         rings.filter_map(|m| if let MoveKind::Ring(depth) = m.kind { Some(depth) } else { None })
     };
     if let Some(deepest) = depths().max() {
-        head.subtitle =
-            format!("{}{}rings of depth 0 to {deepest}", head.subtitle, if head.subtitle.is_empty() { "" } else { "; " });
+        head.subtitle = format!(
+            "{}{}rings of depth 0 to {deepest}",
+            head.subtitle,
+            if head.subtitle.is_empty() { "" } else { "; " }
+        );
     }
     let space = head.draw(&mut sheet);
     let points = || {

@@ -42,7 +42,7 @@ pub(in super::super) fn sheet() -> Sheet {
     let head = Heading {
         title: "Step-over: error of the fast form".to_owned(),
         subtitle: format!(
-            "|w′ − w|/w with w′ = √(8 h r R/(R + r)) and w exact, cutter radius r = {} mm; the points are the paper's table",
+            "(v − w)/w of the fast form v = √(8 h r R/(R + r)), w exact, without sign; cutter radius r = {} mm; the points are the paper's table",
             figure(CUTTER_MM, 3)
         ),
         legend: legend.collect(),
@@ -50,7 +50,7 @@ pub(in super::super) fn sheet() -> Sheet {
     };
     let space = head.draw(&mut sheet);
     let errors = Range::of(curves.iter().flat_map(|(_, _, points)| points).map(|(_, error)| *error));
-    let y = Axis::decades(Range { low: 0.8 * errors.low, high: 1.3 * errors.high });
+    let y = Axis::decades(Range { low: 0.6 * errors.low, high: 1.3 * errors.high });
     let gutter = gutter(&[&y]);
     let frame = Frame { left: space.left + gutter, right: space.right - 8.0, ..space };
     let mut panel = Panel::new(frame, Axis::decades(RADII), y);
@@ -58,15 +58,25 @@ pub(in super::super) fn sheet() -> Sheet {
     for (scallop, convex, points) in curves {
         panel.curve(&mut sheet, points, pen(scallop, convex));
     }
-    for row in stepover_table() {
+    let rows = stepover_table();
+    for row in &rows {
         let at = panel.at(row.curvature_radius_mm.abs(), row.error_percent);
-        let colour = pen(row.scallop_mm, true).colour;
-        sheet.ring(at, 4.5, 1.8, colour);
-        // Of the three concave ones the middle says it.
-        if row.curvature_radius_mm > 0.0 || row.curvature_radius_mm == -10.0 {
-            let text = format!("R = {}: {} %", figure(row.curvature_radius_mm, 3), figure(row.error_percent, 3));
-            panel.point_label(&mut sheet, at, &text, colour);
-        }
+        sheet.ring(at, 4.5, 1.8, pen(row.scallop_mm, true).colour);
+        panel.keep_clear(vec![(at.0, at.1 - 8.0), (at.0, at.1 + 9.0)]);
+    }
+    for row in &rows {
+        let at = panel.at(row.curvature_radius_mm.abs(), row.error_percent);
+        let error = |radius: f64| {
+            let same = rows.iter().find(|r| r.scallop_mm == row.scallop_mm && r.curvature_radius_mm == radius);
+            figure(same.map_or(f64::NAN, |row| row.error_percent), 3)
+        };
+        let text = match row.curvature_radius_mm {
+            // Of the three concave ones the middle says it.
+            -10.0 => format!("R = −11 … −9: {} … {} %", error(-11.0), error(-9.0)),
+            radius if radius > 0.0 => format!("R = {}: {} %", figure(radius, 3), error(radius)),
+            _ => continue,
+        };
+        panel.point_label(&mut sheet, at, &text, pen(row.scallop_mm, true).colour);
     }
     panel.border(&mut sheet, true, true);
     panel.x_title(&mut sheet, "curvature radius |R|", "mm");
