@@ -32,8 +32,6 @@ fn main() {
     // `cargo bench -- step` runs the benches with that in their name.
     let filters: Vec<&String> = arguments.iter().filter(|argument| !argument.starts_with('-')).collect();
     let benches: [Bench; 11] = [
-    let benches: [Bench; 11] = [
-    let benches: [Bench; 11] = [
         ("loop", servo_loop::bench),
         ("batch", batch::bench),
         ("step", whole_step::bench),
