@@ -68,8 +68,8 @@ struct Stretch {
 /// }
 /// planner.finish();
 /// let total: f64 = planner.map(|span| span.total_s()).sum();
-/// // 100 mm at 50 mm/s, and 50/2000 + 2000/30000 s for one of the ramps.
-/// assert!((total - (2.0 + 50.0 / 2000.0 + 2000.0 / 30_000.0)).abs() < 1e-12);
+/// // 100 mm at 50 mm/s, and the time of one of the ramps, which are too short for the acceleration limit: 2 √(V/j).
+/// assert!((total - (2.0 + 2.0 * (50.0_f64 / 30_000.0).sqrt())).abs() < 1e-12);
 /// # Ok::<(), servosim::feedrate::FeedrateError>(())
 /// ```
 #[derive(Debug, Clone)]
