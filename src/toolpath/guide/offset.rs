@@ -81,6 +81,9 @@ struct Raw {
     smooth: [usize; 2],
 }
 
+/// Most starts that are looked at near an end.
+const MOST_NEAR: usize = 100;
+
 /// No element.
 const NONE: usize = usize::MAX;
 
@@ -609,30 +612,27 @@ fn link(raw: &[Raw], kept: &[Kept], reach: f64) -> Result<Vec<usize>, Vec<bool>>
             taken[at] = true;
         }
     }
-    // The rest by distance, the nearest first.
-    let mut starts: Vec<usize> = (0..kept.len()).filter(|&k| !taken[k]).collect();
-    starts.sort_by(|&a, &b| kept[a].curve.start.x.total_cmp(&kept[b].curve.start.x));
-    let mut pairs = Vec::new();
-    for k in (0..kept.len()).filter(|&k| next[k] == NONE) {
-        let end = kept[k].curve.end;
-        let first = starts.partition_point(|&s| kept[s].curve.start.x < end.x - reach);
-        for &s in &starts[first..] {
-            let start = kept[s].curve.start;
-            if start.x > end.x + reach {
-                break;
-            }
-            let gap = (start - end).norm();
-            if gap <= reach {
-                pairs.push((gap, k, s));
-            }
+    // The rest by distance, the nearest first; the wider reach is for what no near one was found for.
+    for reach in [1e-3 * reach, reach] {
+        let mut starts: Vec<(f64, usize)> =
+            (0..kept.len()).filter(|&k| !taken[k]).map(|k| (kept[k].curve.start.x, k)).collect();
+        starts.sort_unstable_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
+        let mut pairs = Vec::new();
+        for k in (0..kept.len()).filter(|&k| next[k] == NONE) {
+            let end = kept[k].curve.end;
+            let first = starts.partition_point(|s| s.0 < end.x - reach);
+            let near = starts[first..].iter().take_while(|s| s.0 <= end.x + reach);
+            // A rest that is all within reach would make too many pairs.
+            let gaps = near.map(|s| ((kept[s.1].curve.start - end).norm(), k, s.1)).filter(|pair| pair.0 <= reach);
+            pairs.extend(gaps.take(MOST_NEAR));
         }
-    }
-    pairs.sort_by(|a, b| a.0.total_cmp(&b.0).then((a.1, a.2).cmp(&(b.1, b.2))));
-    for (_, k, s) in pairs {
-        // A part that ends where it starts is a crumb, not a ring.
-        if next[k] == NONE && !taken[s] && (k != s || kept[k].curve.length() > 4.0 * reach) {
-            next[k] = s;
-            taken[s] = true;
+        pairs.sort_unstable_by(|a, b| a.0.total_cmp(&b.0).then((a.1, a.2).cmp(&(b.1, b.2))));
+        for (_, k, s) in pairs {
+            // A part that ends where it starts is a crumb, not a ring.
+            if next[k] == NONE && !taken[s] && (k != s || kept[k].curve.length() > 4.0 * reach) {
+                next[k] = s;
+                taken[s] = true;
+            }
         }
     }
     if next.contains(&NONE) {
