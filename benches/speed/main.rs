@@ -6,11 +6,13 @@
 //! - recording, against the bare MCAP writer
 //! - `servosim run` as a process
 //! - control points and time of B-spline fits
+//! - nested rings of large contours
 //! - splines of 10² … 10⁶ nodal points, time and memory
 
 mod batch;
 mod c;
 mod fit;
+mod guide;
 mod process;
 mod recording;
 mod scale;
@@ -23,7 +25,7 @@ fn main() {
     let quick = !arguments.iter().any(|argument| argument == "--bench");
     // `cargo bench -- step` runs the benches with that in their name.
     let filters: Vec<&String> = arguments.iter().filter(|argument| !argument.starts_with('-')).collect();
-    let benches: [Bench; 7] = [
+    let benches: [Bench; 8] = [
         ("loop", servo_loop::bench),
         ("batch", batch::bench),
         ("step", whole_step::bench),
@@ -31,6 +33,7 @@ fn main() {
         ("process", process::bench),
         ("scale", scale::bench),
         ("fit", fit::bench),
+        ("guide", guide::bench),
     ];
     for (name, bench) in benches {
         if filters.is_empty() || filters.iter().any(|filter| name.contains(filter.as_str())) {

@@ -166,6 +166,8 @@ pub struct Area {
     pub outer: Ring,
     /// The rings around its holes, clockwise.
     pub islands: Vec<Ring>,
+    /// How exact the rings are.
+    pub(super) rounding: f64,
 }
 
 impl Area {
@@ -183,7 +185,7 @@ impl Area {
     /// # Errors
     /// A distance that is not positive and finite; [`GuideError::Lost`].
     pub fn inset(&self, distance_mm: f64) -> Result<Vec<Area>, GuideError> {
-        inset(&self.boundary(), distance_mm)
+        inset(&self.boundary(), distance_mm, self.rounding)
     }
 
     /// The largest distance from the rings at which something is left \[mm\], and a point that is that far from them.
@@ -191,7 +193,7 @@ impl Area {
     /// # Errors
     /// [`GuideError::Lost`].
     pub fn depth_mm(&self) -> Result<(f64, Point), GuideError> {
-        depth::depth(&self.boundary())
+        depth::depth(&self.boundary(), self.rounding)
     }
 
     /// Its size \[mm²\].
@@ -210,11 +212,11 @@ impl Area {
     }
 }
 
-pub(super) fn inset(rings: &[&[Element]], distance_mm: f64) -> Result<Vec<Area>, GuideError> {
+pub(super) fn inset(rings: &[&[Element]], distance_mm: f64, inherited: f64) -> Result<Vec<Area>, GuideError> {
     if !(distance_mm > 0.0 && distance_mm.is_finite()) {
         return Err(GuideError::BadDistance { distance_mm });
     }
-    offset::inset(rings, distance_mm).map_err(|trouble| GuideError::Lost {
+    offset::inset(rings, distance_mm, inherited).map_err(|trouble| GuideError::Lost {
         distance_mm,
         x_mm: trouble.at.x,
         y_mm: trouble.at.y,

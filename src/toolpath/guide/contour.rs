@@ -77,9 +77,8 @@ impl Contour {
         if points.len() < 3 {
             return Err(GuideError::TooFewPoints { points: points.len() });
         }
-        let elements = (0..points.len())
-            .filter_map(|i| Element::line(points[i], points[(i + 1) % points.len()], 0))
-            .collect();
+        let elements =
+            (0..points.len()).filter_map(|i| Element::line(points[i], points[(i + 1) % points.len()], 0)).collect();
         Self::checked(elements)
     }
 

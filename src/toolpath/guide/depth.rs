@@ -7,38 +7,52 @@ use super::{GuideError, area};
 /// The largest distance from the boundary at which something is left, and a point there.
 ///
 /// By halving: as the inset goes on, fewer and fewer elements are left, so that most steps cost nothing.
-pub(super) fn depth(rings: &[&[Element]]) -> Result<(f64, Point), GuideError> {
+pub(super) fn depth(rings: &[&[Element]], inherited: f64) -> Result<(f64, Point), GuideError> {
     let Some(bounds) = Bounds::of_elements(rings.iter().flat_map(|ring| ring.iter())) else {
         return Ok((0.0, Point::zeros()));
     };
-    let finest = 100.0 * rounding(&bounds);
+    let rounding = rounding(&bounds).max(inherited);
     let size = bounds.high - bounds.low;
     let mut reached = 0.0;
     let mut above = 0.5 * size.min();
     let mut left: Option<Vec<Area>> = None;
-    while above - reached > finest {
-        let step = 0.5 * (above - reached);
-        let further = match &left {
-            None => area::inset(rings, step),
-            Some(areas) => areas.iter().try_fold(Vec::new(), |mut all, area| {
-                all.extend(area.inset(step)?);
-                Ok(all)
-            }),
-        };
-        match further {
-            Ok(areas) if areas.is_empty() => above = reached + step,
-            Ok(areas) => {
+    while above - reached > 50.0 * rounding {
+        let mut trouble = None;
+        let mut found = None;
+        // Another step where one fails.
+        for share in [0.5, 0.4, 0.6, 0.3, 0.7] {
+            let step = share * (above - reached);
+            let further = match &left {
+                None => area::inset(rings, step, inherited),
+                Some(areas) => areas.iter().try_fold(Vec::new(), |mut all, area| {
+                    all.extend(area.inset(step)?);
+                    Ok(all)
+                }),
+            };
+            match further {
+                Ok(areas) => {
+                    found = Some((step, areas));
+                    break;
+                }
+                Err(error) => trouble = Some(error),
+            }
+        }
+        match (found, trouble) {
+            (Some((step, areas)), _) if areas.is_empty() => above = reached + step,
+            (Some((step, areas)), _) => {
                 reached += step;
                 left = Some(areas);
             }
             // What is left is as small as rounding.
-            Err(_) if above - reached < 1e-6 * bounds.diagonal() => above = reached + step,
-            Err(error) => return Err(error),
+            (None, Some(error)) if above - reached > 1e4 * rounding => return Err(error),
+            (None, _) => break,
         }
     }
     let ring = left.as_ref().and_then(|areas| areas.first()).map(|area| &area.outer);
     let point = ring.map_or((bounds.low + bounds.high) * 0.5, middle);
-    Ok((reached, point))
+    // The rest is not quite empty: what the point really has.
+    let own = rings.iter().flat_map(|ring| ring.iter()).map(|e| e.distance(point)).fold(f64::INFINITY, f64::min);
+    Ok((if left.is_some() { own.max(reached) } else { reached }, point))
 }
 
 /// A point of a ring that is a sliver or nearly a point.

@@ -225,10 +225,20 @@ impl Element {
         bounds.add(self.end);
         if let Shape::Arc { radius, .. } = self.shape {
             // The arc rises above its chord by the sagitta at most, whatever way it bulges.
-            let half = libm::sin(0.25 * self.span);
-            bounds.grow(2.0 * radius * half * half);
+            bounds.grow(radius.min(self.sagitta()));
         }
         bounds
+    }
+
+    /// How far it rises above its chord, with a little for rounding.
+    fn sagitta(&self) -> f64 {
+        match self.shape {
+            Shape::Line { .. } => 0.0,
+            Shape::Arc { radius, .. } => {
+                let half = libm::sin(0.25 * self.span);
+                2.001 * radius * half * half
+            }
+        }
     }
 }
 
@@ -292,8 +302,63 @@ impl Bounds {
     }
 }
 
+/// A line segment with everything that it stands for within `thickness` of it.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Capsule {
+    start: Point,
+    end: Point,
+    direction: Point,
+    span: f64,
+    pub(super) thickness: f64,
+}
+
+impl Capsule {
+    fn between(start: Point, end: Point, thickness: f64) -> Self {
+        let span = (end - start).norm();
+        let direction = if span > 0.0 { (end - start) / span } else { Point::zeros() };
+        Self { start, end, direction, span, thickness }
+    }
+
+    pub(super) fn of(element: &Element) -> Self {
+        Self::between(element.start, element.end, element.sagitta())
+    }
+
+    /// Around two that follow each other. The distance from a segment is largest at an end of the other one: it is convex.
+    pub(super) fn join(&self, other: &Self) -> Self {
+        let mut both = Self::between(self.start, other.end, 0.0);
+        let reach = |part: &Self| both.square(part.start).max(both.square(part.end)).sqrt() + part.thickness;
+        both.thickness = reach(self).max(reach(other)) * (1.0 + 1e-14);
+        both
+    }
+
+    /// Square of a point's distance from the segment.
+    #[inline]
+    pub(super) fn square(&self, point: Point) -> f64 {
+        let w = point - self.start;
+        let along = w.dot(&self.direction).max(0.0).min(self.span);
+        (w - self.direction * along).norm_squared()
+    }
+
+    /// Whether the two are further apart than `d`, their thickness aside. Segments that cross are near.
+    #[inline]
+    pub(super) fn apart(&self, other: &Self, d: f64) -> bool {
+        let reach = d + self.thickness + other.thickness;
+        let square = reach * reach;
+        if self.square(other.start) < square || self.square(other.end) < square {
+            return false;
+        }
+        if other.square(self.start) < square || other.square(self.end) < square {
+            return false;
+        }
+        let sides = |a: &Self, b: &Self| {
+            (cross(a.direction, b.start - a.start) < 0.0) != (cross(a.direction, b.end - a.start) < 0.0)
+        };
+        !(sides(self, other) && sides(other, self))
+    }
+}
+
 /// What rounding does to coordinates and lengths of a figure \[mm\].
 pub(super) fn rounding(bounds: &Bounds) -> f64 {
     let largest = bounds.low.amax().max(bounds.high.amax());
-    1e-14 * bounds.diagonal() + 2e-15 * largest
+    4e-14 * bounds.diagonal() + 4e-15 * largest
 }

@@ -8,7 +8,10 @@ use crate::path::MAX_COORDINATE_MM;
 #[non_exhaustive]
 pub enum GuideError {
     /// A coordinate is NaN, infinite or too large.
-    #[error("coordinate {value_mm} mm of point or piece {index} is not a finite number within ±{} mm", MAX_COORDINATE_MM)]
+    #[error(
+        "coordinate {value_mm} mm of point or piece {index} is not a finite number within ±{} mm",
+        MAX_COORDINATE_MM
+    )]
     BadCoordinate {
         /// Index of the point or piece.
         index: usize,
@@ -79,7 +82,9 @@ pub enum GuideError {
         y_mm: f64,
     },
     /// An island crosses or touches the outer contour, or lies outside of it.
-    #[error("island {island} is not inside the outer contour at ({x_mm}, {y_mm}) mm: leave it out or cut it from the outer contour")]
+    #[error(
+        "island {island} is not inside the outer contour at ({x_mm}, {y_mm}) mm: leave it out or cut it from the outer contour"
+    )]
     IslandOutside {
         /// The island.
         island: usize,

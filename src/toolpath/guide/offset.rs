@@ -5,7 +5,7 @@
 //! piece those intervals are taken away that lie within `d` of another element, and what is left is linked end to start.
 
 use super::area::{Area, Ring};
-use super::element::{Bounds, Element, Point, Shape, cross, left, rounding, turn};
+use super::element::{Bounds, Capsule, Element, Point, Shape, cross, left, rounding, turn};
 use super::tree::Tree;
 
 /// Why the linking failed, and where: the caller tries again a little further in.
@@ -18,14 +18,16 @@ pub(super) struct Trouble {
 const ATTEMPTS: u32 = 12;
 
 /// All areas further than `d` from the boundary `rings` (each closed, the region to its left).
-pub(super) fn inset(rings: &[&[Element]], d: f64) -> Result<Vec<Area>, Trouble> {
+///
+/// `inherited` is the rounding of what the rings were made from: a small rest of a large region is not more exact than the region.
+pub(super) fn inset(rings: &[&[Element]], d: f64, inherited: f64) -> Result<Vec<Area>, Trouble> {
     let mut trouble = Trouble { at: Point::zeros() };
     let Some(bounds) = Bounds::of_elements(rings.iter().flat_map(|ring| ring.iter())) else { return Ok(Vec::new()) };
     if d >= 0.5 * bounds.diagonal() {
         return Ok(Vec::new());
     }
     let boundary = Boundary::new(rings);
-    let eps = rounding(&bounds);
+    let eps = rounding(&bounds).max(inherited);
     let mut further = 0.0;
     for attempt in 0..ATTEMPTS {
         match (Offset { boundary: &boundary, d: d + further, eps }).areas() {
@@ -74,7 +76,16 @@ struct Raw {
     other: usize,
     /// The raw piece that goes on where this one ends, if one does.
     next: Option<usize>,
+    /// Elements to which its own goes over smoothly, the one before and the one after it. Their distance from the piece is `d` where
+    /// they meet and never less, unless they are arcs that have vanished.
+    smooth: [usize; 2],
 }
+
+/// Most starts that are looked at near an end.
+const MOST_NEAR: usize = 100;
+
+/// No element.
+const NONE: usize = usize::MAX;
 
 /// A part of a raw piece that stays.
 struct Kept {
@@ -119,11 +130,13 @@ struct Stretch {
     to: f64,
     middle: Point,
     half: f64,
+    capsule: Capsule,
 }
 
 impl Stretch {
     fn new(curve: &Element, from: f64, to: f64) -> Self {
-        Self { from, to, middle: curve.at(0.5 * (from + to)), half: 0.5 * (to - from) * curve.rate() }
+        let middle = curve.at(0.5 * (from + to));
+        Self { from, to, middle, half: 0.5 * (to - from) * curve.rate(), capsule: Capsule::of(&curve.part(from, to)) }
     }
 }
 
@@ -141,10 +154,21 @@ impl Offset<'_> {
         self.nest(rings)
     }
 
-    /// Where two elements meet at an angle below this, the offset goes on as if they were tangent: it errs by `d a²/8`, which is
+    /// Where the normals of two elements differ by a small enough angle `a`, the offset goes on as if they were tangent: it errs by `d a²/8`, which is
     /// rounding.
-    fn smooth(&self, angle: f64) -> bool {
-        angle * angle * self.d < 40.0 * self.eps
+    fn smooth(&self, from: Point, to: Point) -> bool {
+        let sine = cross(from, to);
+        sine * sine * self.d < 8.0 * self.eps && from.dot(&to) > 0.0
+    }
+
+    /// Elements further away than this have no say. What is at `d` exactly has: it may lie on the piece.
+    fn reach(&self) -> f64 {
+        self.d + 2.0 * self.eps
+    }
+
+    /// Whether it is an arc whose offset is beyond its centre.
+    fn vanished(&self, element: &Element) -> bool {
+        matches!(element.shape, Shape::Arc { radius, sense, .. } if sense > 0.0 && radius <= self.d * (1.0 + 1e-9))
     }
 
     fn raw(&self) -> Vec<Raw> {
@@ -160,7 +184,7 @@ impl Offset<'_> {
                 if joined && let Some(last) = raw.last_mut() {
                     last.next = Some(index);
                 }
-                raw.push(Raw { curve, owner, other, next: None });
+                raw.push(Raw { curve, owner, other, next: None, smooth: [NONE; 2] });
             };
             for k in bounds[0]..bounds[1] {
                 let (element, next) = (&elements[k], self.boundary.around[k][1]);
@@ -168,18 +192,31 @@ impl Offset<'_> {
                     first_joins |= k == bounds[0];
                     push(&mut raw, curve, k, k, joined);
                     joined = true;
+                    let before = self.boundary.around[k][0];
+                    if self.smooth(elements[before].normal_end, element.normal_start)
+                        && !self.vanished(&elements[before])
+                        && let Some(last) = raw.last_mut()
+                    {
+                        last.smooth[0] = before;
+                    }
                 } else {
                     joined = false;
                 }
                 let (from, to) = (element.normal_end, elements[next].normal_start);
-                let angle = turn(from, to);
-                if self.smooth(angle) {
+                if self.smooth(from, to) {
+                    if joined
+                        && !self.vanished(&elements[next])
+                        && let Some(last) = raw.last_mut()
+                    {
+                        last.smooth[1] = next;
+                    }
                     continue;
                 }
-                if angle > 0.0 {
+                if cross(from, to) > 0.0 {
                     joined = false;
                     continue;
                 }
+                let angle = turn(from, to);
                 let parts = (-angle / 1.6).ceil().max(1.0);
                 let mut normal = from;
                 for part in 1..=parts as usize {
@@ -195,7 +232,11 @@ impl Offset<'_> {
                     normal = end;
                 }
             }
-            if joined && first_joins && raw.len() > first && let Some(last) = raw.last_mut() {
+            if joined
+                && first_joins
+                && raw.len() > first
+                && let Some(last) = raw.last_mut()
+            {
                 last.next = Some(first);
             }
         }
@@ -241,59 +282,72 @@ impl Offset<'_> {
     /// Takes from a raw piece what lies within `d` of another element.
     fn cover(&self, raw: &Raw, cover: &mut Cover) -> Result<(), Trouble> {
         let whole = Stretch::new(&raw.curve, 0.0, raw.curve.span);
-        // Most of what goes is covered by a near neighbour.
-        let (mut before, mut after) = (raw.owner, raw.other);
-        for _ in 0..3 {
-            before = self.boundary.around[before][0];
-            after = self.boundary.around[after][1];
-            for j in [after, before] {
-                self.cover_by(raw, j, &whole, cover)?;
-                if cover.full() {
-                    return Ok(());
-                }
+        // Most of what goes is covered by a neighbour.
+        let (before, after) = (self.boundary.around[raw.owner][0], self.boundary.around[raw.other][1]);
+        for j in [after, before] {
+            self.cover_by(raw, j, &whole, cover)?;
+            if cover.full() {
+                return Ok(());
             }
         }
-        self.visit(raw, 0, whole, cover)
+        self.visit(raw, 0, &whole, cover)
     }
 
-    fn visit(&self, raw: &Raw, node: usize, stretch: Stretch, cover: &mut Cover) -> Result<(), Trouble> {
+    fn visit(&self, raw: &Raw, node: usize, stretch: &Stretch, cover: &mut Cover) -> Result<(), Trouble> {
         let tree = &self.boundary.tree;
         if cover.full() || stretch.to <= cover.low || stretch.from >= cover.high {
             return Ok(());
         }
-        let bounds = tree.node(node);
-        if bounds.distance(stretch.middle) >= self.d + stretch.half {
-            return Ok(());
-        }
         if let Some(range) = tree.leaf(node) {
             for j in range {
-                self.cover_by(raw, j, &stretch, cover)?;
+                if !stretch.capsule.apart(tree.leaf_capsule(j), self.reach()) {
+                    self.cover_by(raw, j, stretch, cover)?;
+                }
             }
             return Ok(());
         }
         // A long stretch meets boxes that its parts do not.
-        if stretch.half > bounds.diagonal() && stretch.half > 0.2 * self.d {
+        if stretch.half > tree.node(node).diagonal() && stretch.half > 0.2 * self.d {
             let middle = 0.5 * (stretch.from + stretch.to);
-            self.visit(raw, node, Stretch::new(&raw.curve, stretch.from, middle), cover)?;
-            return self.visit(raw, node, Stretch::new(&raw.curve, middle, stretch.to), cover);
+            for part in [(stretch.from, middle), (middle, stretch.to)] {
+                let part = Stretch::new(&raw.curve, part.0, part.1);
+                if tree.capsule(node).is_some_and(|capsule| !part.capsule.apart(capsule, self.reach())) {
+                    self.visit(raw, node, &part, cover)?;
+                }
+            }
+            return Ok(());
         }
-        let (a, b) = (2 * node + 1, 2 * node + 2);
-        let near_first = tree.node(a).distance(stretch.middle) <= tree.node(b).distance(stretch.middle);
-        let order = if near_first { [a, b] } else { [b, a] };
-        self.visit(raw, order[0], stretch, cover)?;
-        self.visit(raw, order[1], stretch, cover)
+        let child = |k: usize| {
+            let capsule = tree.capsule(k)?;
+            let square = capsule.square(stretch.middle);
+            let reach = self.d + stretch.half + capsule.thickness;
+            (square < reach * reach && !stretch.capsule.apart(capsule, self.reach())).then_some((k, square))
+        };
+        match (child(2 * node + 1), child(2 * node + 2)) {
+            (Some(a), Some(b)) => {
+                // The nearest first: it is the likeliest to cover everything.
+                let (first, second) = if a.1 <= b.1 { (a.0, b.0) } else { (b.0, a.0) };
+                self.visit(raw, first, stretch, cover)?;
+                self.visit(raw, second, stretch, cover)
+            }
+            (Some((only, _)), None) | (None, Some((only, _))) => self.visit(raw, only, stretch, cover),
+            (None, None) => Ok(()),
+        }
     }
 
     /// Takes what element `j` covers.
     fn cover_by(&self, raw: &Raw, j: usize, stretch: &Stretch, cover: &mut Cover) -> Result<(), Trouble> {
         let element = &self.boundary.elements[j];
-        if j == raw.owner || j == raw.other {
+        let own = j == raw.owner || j == raw.other;
+        if own {
             // Its own element is never nearer, nor are the two beside a corner; but an arc that has vanished leaves a corner that
             // looks across its centre.
-            let vanished = matches!(element.shape, Shape::Arc { radius, sense, .. } if sense * radius > 0.0 && radius <= self.d);
-            if raw.owner == raw.other || !vanished {
+            if raw.owner == raw.other || !self.vanished(element) {
                 return Ok(());
             }
+        }
+        if raw.smooth[0] == j || raw.smooth[1] == j {
+            return Ok(());
         }
         let distance = element.distance(stretch.middle);
         if distance >= self.d + stretch.half {
@@ -318,7 +372,8 @@ impl Offset<'_> {
                 let depth = self.d - element.distance(middle);
                 if depth > self.eps {
                     cover.add(from, to);
-                } else if depth >= -self.eps && self.long((to - from) * raw.curve.rate()) {
+                } else if !own && depth >= -self.eps && self.long((to - from) * raw.curve.rate()) {
+                    // Of its own corner a piece is at this distance everywhere.
                     result = Err(Trouble { at: middle });
                 }
             }
@@ -395,7 +450,7 @@ impl Offset<'_> {
 
     /// Links the parts that stay into closed rings.
     fn rings(&self, raw: &[Raw], mut kept: Vec<Kept>) -> Result<Vec<Vec<Element>>, Trouble> {
-        let reach = 4.0 * (self.eps * self.d).sqrt() + 1e5 * self.eps;
+        let reach = 4.0 * (self.eps * self.d).sqrt() + 1e4 * self.eps;
         loop {
             match link(raw, &kept, reach) {
                 Ok(next) => return self.walk(&kept, &next),
@@ -447,16 +502,7 @@ impl Offset<'_> {
                 continue;
             }
             // A simple closed curve turns once.
-            let mut turning = 0.0;
-            for (i, element) in tidy.iter().enumerate() {
-                if let Shape::Arc { sense, .. } = element.shape {
-                    turning += sense * element.span;
-                }
-                let corner = turn(element.tangent_end(), tidy[(i + 1) % tidy.len()].tangent_start());
-                // No corner of an offset is reflex: one that turns back does so to the left.
-                turning += if corner < -3.1 { corner + std::f64::consts::TAU } else { corner };
-            }
-            if (turning.abs() - std::f64::consts::TAU).abs() > 0.1 || turning * area < 0.0 {
+            if rotations(&tidy) != if area > 0.0 { 1 } else { -1 } {
                 return Err(Trouble { at: start });
             }
             self.check_distance(&tidy)?;
@@ -486,7 +532,8 @@ impl Offset<'_> {
             let ring = Ring::new(ring);
             if ring.signed_area_mm2() > 0.0 { outer.push(ring) } else { islands.push(ring) }
         }
-        let mut areas: Vec<Area> = outer.into_iter().map(|outer| Area { outer, islands: Vec::new() }).collect();
+        let mut areas: Vec<Area> =
+            outer.into_iter().map(|outer| Area { outer, islands: Vec::new(), rounding: self.eps }).collect();
         for island in islands {
             let Some(at) = island.elements().first().map(|e| e.start) else { continue };
             let mut inside = areas.iter().enumerate().filter(|(_, area)| area.outer.winds_around(at)).map(|(i, _)| i);
@@ -502,6 +549,30 @@ impl Offset<'_> {
     }
 }
 
+/// How often the direction of a closed curve turns around: how often it passes the direction of X to the left, less those to the
+/// right.
+fn rotations(ring: &[Element]) -> i32 {
+    let mut count = 0;
+    let mut pass = |from: Point, to: Point, left: bool| {
+        if left && from.y < 0.0 && to.y >= 0.0 {
+            count += 1;
+        } else if !left && from.y >= 0.0 && to.y < 0.0 {
+            count -= 1;
+        }
+    };
+    for (i, element) in ring.iter().enumerate() {
+        let next = &ring[(i + 1) % ring.len()];
+        if let Shape::Arc { sense, .. } = element.shape {
+            pass(element.tangent_start(), element.tangent_end(), sense > 0.0);
+        }
+        let (from, to) = (element.tangent_end(), next.tangent_start());
+        let sine = cross(from, to);
+        // No corner of an offset is reflex: one that turns back does so to the left.
+        pass(from, to, sine >= 0.0 || sine > -0.1 && from.dot(&to) < 0.0);
+    }
+    count
+}
+
 /// Elements shorter than rounding taken out, the ring closed again.
 fn tidy(ring: Vec<Element>, shortest: f64) -> Vec<Element> {
     let mut tidy: Vec<Element> = Vec::with_capacity(ring.len());
@@ -514,7 +585,9 @@ fn tidy(ring: Vec<Element>, shortest: f64) -> Vec<Element> {
             tidy.push(element);
         }
     }
-    if let Some(end) = tidy.last().map(|e| e.end) && let Some(first) = tidy.first_mut() {
+    if let Some(end) = tidy.last().map(|e| e.end)
+        && let Some(first) = tidy.first_mut()
+    {
         *first = first.with_ends(end, first.end);
     }
     tidy
@@ -522,7 +595,6 @@ fn tidy(ring: Vec<Element>, shortest: f64) -> Vec<Element> {
 
 /// For each part the one that follows it; or which parts have a loose end or start.
 fn link(raw: &[Raw], kept: &[Kept], reach: f64) -> Result<Vec<usize>, Vec<bool>> {
-    const NONE: usize = usize::MAX;
     let mut next = vec![NONE; kept.len()];
     let mut taken = vec![false; kept.len()];
     // Where the raw pieces go on into each other; the kept parts are in the order of the raw pieces.
@@ -540,30 +612,27 @@ fn link(raw: &[Raw], kept: &[Kept], reach: f64) -> Result<Vec<usize>, Vec<bool>>
             taken[at] = true;
         }
     }
-    // The rest by distance, the nearest first.
-    let mut starts: Vec<usize> = (0..kept.len()).filter(|&k| !taken[k]).collect();
-    starts.sort_by(|&a, &b| kept[a].curve.start.x.total_cmp(&kept[b].curve.start.x));
-    let mut pairs = Vec::new();
-    for k in (0..kept.len()).filter(|&k| next[k] == NONE) {
-        let end = kept[k].curve.end;
-        let first = starts.partition_point(|&s| kept[s].curve.start.x < end.x - reach);
-        for &s in &starts[first..] {
-            let start = kept[s].curve.start;
-            if start.x > end.x + reach {
-                break;
-            }
-            let gap = (start - end).norm();
-            if gap <= reach {
-                pairs.push((gap, k, s));
-            }
+    // The rest by distance, the nearest first; the wider reach is for what no near one was found for.
+    for reach in [1e-3 * reach, reach] {
+        let mut starts: Vec<(f64, usize)> =
+            (0..kept.len()).filter(|&k| !taken[k]).map(|k| (kept[k].curve.start.x, k)).collect();
+        starts.sort_unstable_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
+        let mut pairs = Vec::new();
+        for k in (0..kept.len()).filter(|&k| next[k] == NONE) {
+            let end = kept[k].curve.end;
+            let first = starts.partition_point(|s| s.0 < end.x - reach);
+            let near = starts[first..].iter().take_while(|s| s.0 <= end.x + reach);
+            // A rest that is all within reach would make too many pairs.
+            let gaps = near.map(|s| ((kept[s.1].curve.start - end).norm(), k, s.1)).filter(|pair| pair.0 <= reach);
+            pairs.extend(gaps.take(MOST_NEAR));
         }
-    }
-    pairs.sort_by(|a, b| a.0.total_cmp(&b.0).then((a.1, a.2).cmp(&(b.1, b.2))));
-    for (_, k, s) in pairs {
-        // A part that ends where it starts is a crumb, not a ring.
-        if next[k] == NONE && !taken[s] && (k != s || kept[k].curve.length() > 4.0 * reach) {
-            next[k] = s;
-            taken[s] = true;
+        pairs.sort_unstable_by(|a, b| a.0.total_cmp(&b.0).then((a.1, a.2).cmp(&(b.1, b.2))));
+        for (_, k, s) in pairs {
+            // A part that ends where it starts is a crumb, not a ring.
+            if next[k] == NONE && !taken[s] && (k != s || kept[k].curve.length() > 4.0 * reach) {
+                next[k] = s;
+                taken[s] = true;
+            }
         }
     }
     if next.contains(&NONE) {

@@ -69,7 +69,7 @@ impl Region {
     /// # Errors
     /// A distance that is not positive and finite; [`GuideError::Lost`].
     pub fn inset(&self, distance_mm: f64) -> Result<Vec<Area>, GuideError> {
-        area::inset(&self.boundary(), distance_mm)
+        area::inset(&self.boundary(), distance_mm, 0.0)
     }
 
     /// The largest distance from the boundary at which something is left \[mm\], and a point that is that far from it.
@@ -77,7 +77,7 @@ impl Region {
     /// # Errors
     /// [`GuideError::Lost`].
     pub fn depth_mm(&self) -> Result<(f64, Vector2<f64>), GuideError> {
-        depth::depth(&self.boundary())
+        depth::depth(&self.boundary(), 0.0)
     }
 
     /// Its size \[mm²\].

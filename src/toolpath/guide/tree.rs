@@ -1,6 +1,6 @@
 //! A tree of boxes over the elements of a boundary, in their order along it: neighbours are near each other.
 
-use super::element::{Bounds, Element, Point};
+use super::element::{Bounds, Capsule, Element, Point};
 
 /// Elements in a leaf.
 const LEAF: usize = 4;
@@ -9,6 +9,10 @@ const LEAF: usize = 4;
 #[derive(Debug, Clone)]
 pub(super) struct Tree {
     nodes: Vec<Bounds>,
+    /// The same as a segment with a thickness: much nearer to a smooth boundary than a box.
+    capsules: Vec<Option<Capsule>>,
+    /// Those of the elements.
+    leaves: Vec<Capsule>,
     /// Index of the first leaf.
     first_leaf: usize,
     count: usize,
@@ -28,7 +32,26 @@ impl Tree {
         for k in (0..leaves - 1).rev() {
             nodes[k] = nodes[2 * k + 1].join(&nodes[2 * k + 2]);
         }
-        Self { nodes, first_leaf: leaves - 1, count: elements.len() }
+        let own: Vec<Capsule> = elements.iter().map(Capsule::of).collect();
+        let mut capsules = vec![None; 2 * leaves - 1];
+        for (leaf, chunk) in own.chunks(LEAF).enumerate() {
+            capsules[leaves - 1 + leaf] = chunk.iter().copied().reduce(|a, b| a.join(&b));
+        }
+        for k in (0..leaves - 1).rev() {
+            capsules[k] = match (capsules[2 * k + 1], capsules[2 * k + 2]) {
+                (Some(a), Some(b)) => Some(a.join(&b)),
+                (one, other) => one.or(other),
+            };
+        }
+        Self { nodes, capsules, leaves: own, first_leaf: leaves - 1, count: elements.len() }
+    }
+
+    pub(super) fn capsule(&self, k: usize) -> Option<&Capsule> {
+        self.capsules[k].as_ref()
+    }
+
+    pub(super) fn leaf_capsule(&self, element: usize) -> &Capsule {
+        &self.leaves[element]
     }
 
     pub(super) fn root(&self) -> &Bounds {
