@@ -118,7 +118,7 @@ fn peaks(outside: &Legs, inside: Option<&Legs>, inner: &[Vec<Point>], step: f64)
                 return None;
             }
             let mut reach = 0.5 * pitch;
-            while reach > 0.005 * step {
+            while reach > 0.01 * step {
                 let tries = DIRECTIONS.map(|d| at + d * reach);
                 let values = tries.map(room);
                 let best = (0..tries.len()).fold(0, |best, k| if values[k] > values[best] { k } else { best });

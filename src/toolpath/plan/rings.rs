@@ -89,6 +89,8 @@ pub(super) fn rings(site: &Site<'_>, region: &Region, options: &Options, toleran
 
 /// The next areas inside one, as far in as the ridge between allows.
 fn inwards(site: &Site<'_>, area: &Area, options: &Options, chord: f64) -> Result<Level, PlanError> {
+    // For the check chords of a ten-thousandth of a step are near enough.
+    let chord = chord.max(1e-4 * site.flat_step_mm());
     let outer: Vec<Vec<Point>> = area.rings().map(|ring| ring.points_mm(chord)).collect();
     let first = smallest_step(site, &outer, options)?;
     let attempt = |step: f64| -> Result<Level, PlanError> {
