@@ -3,7 +3,7 @@
 use nalgebra::{Vector2, Vector3};
 use rand_xoshiro::Xoshiro256PlusPlus;
 use rand_xoshiro::rand_core::{Rng, SeedableRng};
-use servosim::machining::{Feeds, Shape, program};
+use servosim::machining::{Blocks, Feeds, program};
 use servosim::nc::{Action, Decimals, Dialect, Writing};
 use servosim::toolpath::guide::{Contour, Region};
 use servosim::toolpath::plan::{Form, Move, Options, Order, PlanError, StepForm, ToolPath, plan};
@@ -148,7 +148,7 @@ fn chain_ends(path: &ToolPath) {
     let mut at: Option<P3> = None;
     let mut cuts = 0;
     for motion in &path.moves {
-        if let Move::Cut(stretch) | Move::Link(stretch) = motion {
+        if let Move::Cut { stretch, .. } | Move::Link(stretch) = motion {
             let (points, straight) = (stretch.curve.control_points_mm(), &stretch.straight_mm);
             assert_eq!(Some(points[0]), at);
             assert_eq!((points[0], points[points.len() - 1]), (straight[0], straight[straight.len() - 1]));
@@ -165,7 +165,7 @@ fn chain_ends(path: &ToolPath) {
 fn tips(path: &ToolPath, straight: bool, pitch: f64) -> Vec<P3> {
     let mut out = Vec::new();
     for motion in &path.moves {
-        let (Move::Cut(stretch) | Move::Link(stretch)) = motion else { continue };
+        let (Move::Cut { stretch, .. } | Move::Link(stretch)) = motion else { continue };
         if straight {
             for leg in stretch.straight_mm.windows(2) {
                 let parts = ((leg[1] - leg[0]).norm() / pitch).ceil().max(1.0) as usize;
@@ -304,8 +304,11 @@ fn validates_every_ring_is_cut_once_and_links_rest_on_the_surface() {
     for region in [square(12.0), dumbbell(), islands()] {
         for order in [Order::OutsideIn, Order::InsideOut] {
             let path = plan(&surface, ball(5.0), &region, &Options { order, ..Options::new(0.25, 0.02) }).unwrap();
-            let cuts: Vec<_> =
-                path.moves.iter().filter_map(|m| if let Move::Cut(s) = m { Some(s) } else { None }).collect();
+            let cuts: Vec<_> = path
+                .moves
+                .iter()
+                .filter_map(|m| if let Move::Cut { stretch, .. } = m { Some(stretch) } else { None })
+                .collect();
             assert_eq!(cuts.len(), path.facts.rings);
             for cut in &cuts {
                 assert_eq!(cut.straight_mm[0], cut.straight_mm[cut.straight_mm.len() - 1]);
@@ -368,7 +371,7 @@ fn patch() -> Graph {
     })
 }
 
-fn lines(path: &ToolPath, shape: Shape) -> servosim::nc::Written {
+fn lines(path: &ToolPath, shape: Blocks) -> servosim::nc::Written {
     let program = program(path, &Feeds { cut_mm_min: 3000.0, plunge_mm_min: 500.0 }, shape);
     let mut writing = Writing { tolerance_mm: path.facts.rounding_mm, ..Writing::new(Dialect::Siemens) };
     writing.decimals = Decimals::choose(&program.blocks, &writing).unwrap();
@@ -384,7 +387,7 @@ fn lines(path: &ToolPath, shape: Shape) -> servosim::nc::Written {
 fn regression_programs_of_the_patch() {
     for tolerance in [0.25, 0.01] {
         let path = plan(&patch(), ball(5.0), &square(40.0), &Options::new(0.25, tolerance)).unwrap();
-        let (nurbs, straight) = (lines(&path, Shape::Nurbs), lines(&path, Shape::Straight));
+        let (nurbs, straight) = (lines(&path, Blocks::Nurbs), lines(&path, Blocks::Straight));
         println!("ε {tolerance}: {nurbs:?}\n{straight:?}\n{:?}", path.facts);
         assert_eq!(nurbs.curves, 2 * path.facts.rings - 1);
     }

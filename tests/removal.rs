@@ -349,12 +349,12 @@ fn a_gouge_is_found_where_it_is() {
     assert!((worst.at_mm[1] + 4.75).abs() < 1e-9 && (worst.value_um + 39.25).abs() < 0.01, "{worst:?}");
     // Within a region beside it, it is not there; the margin keeps the border out.
     let square = |low: f64, high: f64| vec![[low, low], [high, low], [high, high], [low, high]];
-    let beside = MapRegion { polygons_mm: vec![square(-2.0, 9.0)], margin_mm: 1.0 };
+    let beside = MapRegion { polygons_mm: vec![square(-2.0, 9.0)], margin_mm: 1.0, cutter: None };
     let region = DeviationMap::of(&mut gouged, &plane(0.0), Some(&beside));
     let figures = region.figures(0.0..=7.0);
     assert_eq!((figures.cells, figures.uncut), (90 * 90, 0), "9 mm square of 0.1 mm cells");
     assert!(figures.deepest_gouge_um() < 1e-9);
-    let island = MapRegion { polygons_mm: vec![square(-9.0, 9.0), square(-6.0, 5.0)], margin_mm: 0.0 };
+    let island = MapRegion { polygons_mm: vec![square(-9.0, 9.0), square(-6.0, 5.0)], margin_mm: 0.0, cutter: None };
     assert_eq!(
         DeviationMap::of(&mut gouged, &plane(0.0), Some(&island)).figures(0.0..=0.0).cells,
         180 * 180 - 110 * 110

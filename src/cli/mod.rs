@@ -7,13 +7,18 @@ mod junit;
 mod merge;
 mod new;
 mod output;
+mod part_table;
+mod pictures;
 mod plot;
+mod program;
 mod progress;
+
 mod run;
 mod schema;
 mod sweep;
 mod table;
 mod test;
+mod toolpath;
 mod tune;
 mod tune_file;
 mod tune_table;
@@ -23,11 +28,14 @@ use std::path::PathBuf;
 use std::process::ExitCode;
 
 use clap::{Parser, Subcommand};
+use servosim::machining::{InspectionError, ProgramError};
+use servosim::nc::{NcError, WriteError};
 use servosim::recording::{ReadError, RecordingError};
 use servosim::report::ReportError;
 use servosim::scenario::ScenarioError;
 use servosim::simulation::SimulationError;
 use servosim::sweep::SweepError;
+use servosim::toolpath::plan::PlanError;
 
 /// Closed-loop servo simulation for CNC feed drives: from a tool path to the contouring error in micrometres.
 #[derive(Debug, Parser)]
@@ -38,6 +46,8 @@ Examples:
   servosim run heart --set axes.x.pdff.kpp=120         the same with another gain
   servosim sweep alpha --vary axes.x.pdff.kpp=60:140:81   the same at 81 gains: tables and a plot
   servosim tune alpha.toml                             better gains, as output/alpha-tuned.toml
+  servosim toolpath patch.toml                         a part's tool path and NC program
+  servosim run output/patch.nc                         the part that this machine would cut
   servosim plot alpha heart                            lay two runs over each other
   servosim inspect output/alpha.mcap --csv             every sample as CSV
   servosim analyze alpha.toml                          stability margins, Bode and Nyquist plots
@@ -76,8 +86,10 @@ enum Command {
     Check(check::CheckArgs),
     /// Write a commented scenario to start from
     New(new::NewArgs),
-    /// Print the JSON schema of scenario files, for editors
-    Schema,
+    /// Make a part's tool path and NC program, and tell what the program leaves of the part
+    Toolpath(toolpath::ToolpathArgs),
+    /// Print the JSON schema of scenario files or of part files, for editors
+    Schema(schema::SchemaArgs),
 }
 
 /// Why a command did not do what it was asked for.
@@ -97,6 +109,31 @@ pub(crate) enum CliError {
     /// The command line makes no sense.
     #[error("{0}")]
     Usage(String),
+    /// No tool path.
+    #[error("no tool path: {0}")]
+    Plan(#[from] PlanError),
+    /// The program could not be written.
+    #[error("the program cannot be written: {0}")]
+    WriteProgram(#[from] WriteError),
+    /// The program could not be run.
+    #[error("{}: {source}", path.display())]
+    Program {
+        /// Which one.
+        path: PathBuf,
+        /// What is wrong.
+        source: ProgramError,
+    },
+    /// The part could not be looked at.
+    #[error("no machining check: {0}")]
+    Inspection(InspectionError),
+    /// There is no such program.
+    #[error("the program {} cannot be read: {source}", path.display())]
+    NoProgram {
+        /// Which one.
+        path: PathBuf,
+        /// Why.
+        source: io::Error,
+    },
     /// The run did not reach its end.
     #[error(transparent)]
     Simulation(#[from] SimulationError),
@@ -187,6 +224,22 @@ impl From<SweepError> for CliError {
 }
 
 impl CliError {
+    /// A program that could not be run. What is wrong with the machine or the loop is no fault of the program.
+    fn program(path: &std::path::Path, source: ProgramError) -> Self {
+        match source {
+            ProgramError::Simulation(error) => Self::Simulation(error),
+            source => Self::Program { path: path.to_owned(), source },
+        }
+    }
+
+    /// A part that could not be looked at.
+    fn inspection(path: &std::path::Path, error: InspectionError) -> Self {
+        match error {
+            InspectionError::Program(source) => Self::program(path, source),
+            error => Self::Inspection(error),
+        }
+    }
+
     /// What to do, where the message of the library does not know the command line.
     fn help(&self) -> Option<&'static str> {
         match self {
@@ -203,6 +256,11 @@ impl CliError {
     fn exit_code(&self) -> u8 {
         match self {
             Self::Scenario(_)
+            | Self::Plan(_)
+            | Self::WriteProgram(WriteError::Rounding { .. })
+            | Self::Inspection(_)
+            | Self::NoProgram { .. }
+            | Self::Program { source: ProgramError::Read(NcError::Syntax(_)) | ProgramError::Motion { .. }, .. }
             | Self::Invalid { .. }
             | Self::Usage(_)
             | Self::Sweep(
@@ -251,7 +309,8 @@ pub(crate) fn main() -> ExitCode {
         Command::Analyze(args) => analyze::run(args),
         Command::Check(args) => check::run(args),
         Command::New(args) => new::run(args),
-        Command::Schema => schema::run(),
+        Command::Toolpath(args) => toolpath::run(args),
+        Command::Schema(args) => schema::run(args),
     };
     match outcome {
         Ok(Outcome::Fine) => ExitCode::SUCCESS,
@@ -268,6 +327,7 @@ fn tell(error: &CliError) {
     let mut stderr = anstream::stderr().lock();
     let text = match error {
         CliError::Scenario(error) => error.render(true),
+        CliError::Program { source: ProgramError::Read(NcError::Syntax(error)), .. } => error.render(true),
         other => format!("error: {}\n", output::printable(&other.to_string())),
     };
     // Nobody is left to be told of a failure here.

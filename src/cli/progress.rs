@@ -36,13 +36,13 @@ impl Progress {
     }
 }
 
-impl Observer<2> for Progress {
-    fn begin(&mut self, plan: &RunPlan<'_, 2>) -> Result<(), ObserverError> {
+impl<const A: usize> Observer<A> for Progress {
+    fn begin(&mut self, plan: &RunPlan<'_, A>) -> Result<(), ObserverError> {
         self.samples = plan.samples;
         Ok(())
     }
 
-    fn period(&mut self, period: &Period<2>) -> Result<(), ObserverError> {
+    fn period(&mut self, period: &Period<A>) -> Result<(), ObserverError> {
         if !period.k.is_multiple_of(EVERY) {
             return Ok(());
         }

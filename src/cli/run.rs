@@ -15,7 +15,7 @@ use servosim::simulation::{Ending, Observer};
 
 use super::output::{json, make_folder, note, print, short};
 use super::progress::Progress;
-use super::{CliError, Outcome, is_watched, plot, table};
+use super::{CliError, Outcome, is_watched, plot, program, table};
 
 /// Arguments of `servosim run`.
 #[derive(Debug, Args)]
@@ -25,26 +25,32 @@ Examples:
   servosim run alpha.toml --set feedrate.feed_mm_s=150 --set limits.contour_error_um=50
   servosim run alpha.toml --set feedrate.profile.quintic.phase_s=0.1
   servosim run heart --format json --plots none
+  servosim run output/patch.nc
 
-SCENARIO is looked for as a file, then in the folder scenarios, then among the built-in ones (alpha, heart, star).")]
+SCENARIO is looked for as a file, then in the folder scenarios, then among the built-in ones (alpha, heart, star).
+A name that ends in .nc (.ngc .mpf .tap .gcode …) is an NC program: it runs on the machine of its part, PROGRAM.part.toml beside
+it (`servosim toolpath` writes both), and the part that it would cut is compared with the surface.")]
 pub(crate) struct RunArgs {
-    /// Scenario file, or name of a built-in scenario
-    scenario: String,
+    /// Scenario file, name of a built-in scenario, or NC program
+    pub(super) scenario: String,
+    /// The part that a program belongs to: a part file [default: PROGRAM.part.toml beside the program]
+    #[arg(long, value_name = "FILE")]
+    pub(super) part: Option<String>,
     /// Replace one value of the scenario, such as axes.x.pdff.kpp=120 (may be given again)
     #[arg(long = "set", value_name = "KEY=VALUE")]
-    set: Vec<String>,
+    pub(super) set: Vec<String>,
     /// Folder for the recording and the plots; made if it is missing
     #[arg(long, value_name = "DIR", default_value = "output")]
-    output: PathBuf,
+    pub(super) output: PathBuf,
     /// Format of the plots
     #[arg(long, value_enum, default_value = "svg")]
-    plots: Plots,
+    pub(super) plots: Plots,
     /// What to print: a table, or the summary as one JSON object and nothing else
     #[arg(long, value_enum, default_value = "table")]
-    format: Format,
+    pub(super) format: Format,
     /// Print no table, no progress and no notes: only errors, broken limits, and the JSON if asked for
     #[arg(long, short)]
-    quiet: bool,
+    pub(super) quiet: bool,
 }
 
 /// Format of plots, or none.
@@ -80,6 +86,14 @@ const WORTH_A_WARNING: u64 = 1_000_000_000;
 
 /// Runs the scenario.
 pub(crate) fn run(args: &RunArgs) -> Result<Outcome, CliError> {
+    if program::is_program(&args.scenario) {
+        return program::run(args);
+    }
+    if args.part.is_some() {
+        return Err(CliError::Usage(
+            "--part goes with an NC program, such as output/patch.nc, not with a scenario".to_owned(),
+        ));
+    }
     let mut document = Document::find(&args.scenario)?;
     for key_value in &args.set {
         document.set(key_value)?;

@@ -1,11 +1,21 @@
-//! `servosim schema`: the JSON schema of scenario files.
+//! `servosim schema`: the JSON schema of scenario and part files.
 
-use servosim::scenario::json_schema;
+use clap::Args;
+use servosim::scenario::{json_schema, part_json_schema};
 
 use super::{CliError, Outcome, output};
 
+/// Arguments of `servosim schema`.
+#[derive(Debug, Args)]
+pub(crate) struct SchemaArgs {
+    /// That of part files instead
+    #[arg(long)]
+    part: bool,
+}
+
 /// Prints the schema.
-pub(crate) fn run() -> Result<Outcome, CliError> {
-    output::print(&format!("{:#}\n", json_schema()))?;
+pub(crate) fn run(args: &SchemaArgs) -> Result<Outcome, CliError> {
+    let schema = if args.part { part_json_schema() } else { json_schema() };
+    output::print(&format!("{schema:#}\n"))?;
     Ok(Outcome::Fine)
 }

@@ -2,29 +2,45 @@
 
 use std::fmt::Write as _;
 
+use servosim::limits::LimitCheck;
 use servosim::summary::{AxisSummary, Summary};
 
 use super::output::{figure, margin, percent, printable, short};
 
 /// Label, value, unit and remark.
-type Row = (&'static str, String, &'static str, String);
+pub(crate) type Row = (&'static str, String, &'static str, String);
 
 /// The table, ending in a newline.
 pub(crate) fn table(summary: &Summary) -> String {
     let mut out = format!("{}\n\n", printable(&summary.scenario));
-    section(&mut out, &plan(summary));
-    section(&mut out, &errors(summary));
-    limits(&mut out, summary);
+    figures(&mut out, summary);
+    limit_lines(&mut out, &summary.limits, "no limits in the scenario");
+    lockup(&mut out, summary);
+    out
+}
+
+/// What was asked for and what came of it.
+pub(crate) fn figures(out: &mut String, summary: &Summary) {
+    section(out, &plan(summary));
+    section(out, &errors(summary));
+}
+
+/// A line on a lock-up, if there was one.
+pub(crate) fn lockup(out: &mut String, summary: &Summary) {
     if let Some(lockup) = &summary.lockup {
         // Writing to a string does not fail.
         let _ = writeln!(out, "\n  {}", lockup.replacen("locked up", "LOCKED UP", 1));
     }
-    out
 }
 
 /// One line for every limit that was broken and for a lock-up, where there is no table to tell.
 pub(crate) fn failures(summary: &Summary) -> String {
-    let broken = summary.limits.iter().filter(|check| !check.kept).map(|check| {
+    broken(&summary.limits).into_iter().chain(summary.lockup.clone()).collect::<Vec<_>>().join("\n")
+}
+
+/// One line for every limit that was broken.
+pub(crate) fn broken(limits: &[LimitCheck]) -> Vec<String> {
+    let broken = limits.iter().filter(|check| !check.kept).map(|check| {
         format!(
             "limit {} broken: {} of {}, {}",
             check.name,
@@ -33,7 +49,7 @@ pub(crate) fn failures(summary: &Summary) -> String {
             margin(check.value, check.limit)
         )
     });
-    broken.chain(summary.lockup.clone()).collect::<Vec<_>>().join("\n")
+    broken.collect()
 }
 
 /// What was asked for.
@@ -88,7 +104,7 @@ fn errors(summary: &Summary) -> Vec<Row> {
 }
 
 /// Rows of label, value, unit and remark, the values aligned at their decimal points.
-fn section(out: &mut String, rows: &[Row]) {
+pub(crate) fn section(out: &mut String, rows: &[Row]) {
     let point = |value: &str| value.find('.').unwrap_or(value.len());
     let before = rows.iter().map(|(_, value, ..)| point(value)).max().unwrap_or(0);
     let behind = rows.iter().map(|(_, value, ..)| value.len() - point(value)).max().unwrap_or(0);
@@ -101,14 +117,14 @@ fn section(out: &mut String, rows: &[Row]) {
     out.push('\n');
 }
 
-fn limits(out: &mut String, summary: &Summary) {
-    if summary.limits.is_empty() {
-        out.push_str("  no limits in the scenario\n");
-        return;
-    }
-    for check in &summary.limits {
-        let kept = if check.kept { "kept  " } else { "BROKEN" };
+/// One line for every limit.
+pub(crate) fn limit_lines(out: &mut String, limits: &[LimitCheck], none: &str) {
+    if limits.is_empty() {
         // Writing to a string does not fail.
+        let _ = writeln!(out, "  {none}");
+    }
+    for check in limits {
+        let kept = if check.kept { "kept  " } else { "BROKEN" };
         let _ = writeln!(
             out,
             "  limit {:<18} {kept}  {} of {}, {}",

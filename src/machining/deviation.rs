@@ -4,7 +4,7 @@ use nalgebra::{Vector2, Vector3};
 use rayon::prelude::*;
 
 use super::height_field::{HeightField, count};
-use crate::toolpath::{DesignSurface, SurfaceTop};
+use crate::toolpath::{Cutter, DesignSurface, SurfaceTop};
 
 /// A second look is taken at the design surface where the nearest point lies farther than this from the first \[mm in plan\].
 const NEAR_MM: f64 = 1e-3;
@@ -19,6 +19,22 @@ pub struct MapRegion {
     pub polygons_mm: Vec<Vec<[f64; 2]>>,
     /// The margin \[mm\]; negative is zero.
     pub margin_mm: f64,
+    /// With a cutter the polygons are where its axis goes: looked at are the places of the surface that it touches from there.
+    pub cutter: Option<Cutter>,
+}
+
+impl MapRegion {
+    /// Where the axis of the cutter stands while it touches the surface at `(x, y)`, whose normal there is `n`: `(x, y)` itself
+    /// without a cutter; else further on along `n_xy` by the corner radius `c n_xy` and the flat `(R - c) n_xy/|n_xy|`.
+    fn axis(&self, x: f64, y: f64, normal: &Vector3<f64>) -> Vector2<f64> {
+        let at = Vector2::new(x, y);
+        let Some(cutter) = self.cutter else { return at };
+        let (flat, corner) = (cutter.radius_mm() - cutter.corner_radius_mm(), cutter.corner_radius_mm());
+        let across = normal.xy();
+        let steep = across.norm();
+        // On a level place any part of the flat touches: its middle does.
+        at + across * corner + if steep > 1e-9 { across * (flat / steep) } else { Vector2::zeros() }
+    }
 }
 
 /// Deviation of the machined part from the design surface, cell by cell, in micrometres: positive where material is left
@@ -53,12 +69,22 @@ impl DeviationMap {
         values.par_chunks_mut(ROWS * columns).enumerate().for_each(|(task, values)| {
             let first = task * ROWS * columns;
             for (at, value) in (first..).zip(values) {
-                if mask.as_ref().is_some_and(|mask| mask.get(at) != Some(&true)) {
+                let in_mask = |at: usize| mask.as_ref().is_none_or(|mask| mask.get(at) == Some(&true));
+                if region.is_none_or(|region| region.cutter.is_none()) && !in_mask(at) {
                     continue;
                 }
                 let x = low.x + ((at % columns) as f64 + 0.5) * cell;
                 let y = low.y + ((at / columns) as f64 + 0.5) * cell;
                 let (Some(top), Some(height)) = (surface.top(x, y), heights.get(at)) else { continue };
+                if let Some(region) = region
+                    && region.cutter.is_some()
+                {
+                    let from = (region.axis(x, y, &top.normal) - low) / cell;
+                    let inside = from.x >= 0.0 && from.y >= 0.0 && from.x < columns as f64;
+                    if !inside || !in_mask(count(from.y).saturating_mul(columns).saturating_add(count(from.x))) {
+                        continue;
+                    }
+                }
                 *value = single(1e3 * deviation_mm(Vector3::new(x, y, *height), top, surface));
             }
         });

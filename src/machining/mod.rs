@@ -9,7 +9,7 @@
 //! | what is known of a program without simulating it | [`ProgramFacts`] |
 //! | a tool path to blocks | [`program`] |
 //! | one control period after another | [`ProgramRun`], a stream of [`ProgramPeriod`]s |
-//! | the part that comes of it | [`HeightField`], [`DeviationMap`] |
+//! | the part that comes of it | [`HeightField`], [`DeviationMap`]; of a program or a run: [`Inspection`] |
 //!
 //! # Conventions
 //! - Rapid motion (`G00`) is a straight line at the rapid feed along it, all axes together; a control may move each at its own pace.
@@ -24,8 +24,10 @@ mod deviation_figures;
 mod error;
 mod facts;
 mod feed;
+mod figures;
 mod height_field;
 mod height_field_sweep;
+mod inspection;
 mod machine;
 mod program_text;
 mod run;
@@ -37,7 +39,9 @@ pub use deviation::{DeviationMap, MapRegion};
 pub use deviation_figures::{DeviationFigures, DeviationPlace};
 pub use error::{MotionFault, ProgramError};
 pub use facts::{BlockCounts, MAX_DRAWN_POINTS, ProgramFacts};
+pub use figures::PartFigures;
 pub use height_field::{HeightField, HeightFieldError, MAX_CELLS};
+pub use inspection::{CHORD_ERROR_MM, Inspection, InspectionError, MachinedPart};
 pub use machine::Machine;
 pub use program_text::{Blocks, Feeds, program};
 pub use run::{ProgramPeriod, ProgramRun};

@@ -39,11 +39,14 @@ pub fn program(path: &ToolPath, feeds: &Feeds, as_blocks: Blocks) -> Program {
         match motion {
             Move::Rapid { .. } | Move::Retract { .. } => push(start, end, None, Action::Rapid),
             Move::Plunge { .. } => push(start, end, Some(feeds.plunge_mm_min), Action::Linear),
-            Move::Cut(stretch) | Move::Link(stretch) => {
+            Move::Cut { stretch, .. } | Move::Link(stretch) => {
                 let Stretch { curve, straight_mm } = stretch;
+                // A straight way is no curve, whatever else is.
                 match as_blocks {
-                    Blocks::Nurbs => push(start, end, Some(feeds.cut_mm_min), Action::Nurbs(nurbs(curve))),
-                    Blocks::Straight => {
+                    Blocks::Nurbs if straight_mm.len() > 2 => {
+                        push(start, end, Some(feeds.cut_mm_min), Action::Nurbs(nurbs(curve)))
+                    }
+                    Blocks::Nurbs | Blocks::Straight => {
                         for leg in straight_mm.windows(2) {
                             push(leg[0], leg[1], Some(feeds.cut_mm_min), Action::Linear);
                         }

@@ -25,7 +25,7 @@ const MOST_NAME: (usize, usize) = (100, 200);
 /// Length of the path that a feedrate is tried on while the real path is not known \[mm\].
 const ANY_LENGTH_MM: f64 = 1000.0;
 
-type Problems = Vec<Diagnostic>;
+pub(super) type Problems = Vec<Diagnostic>;
 
 /// The checked scenario, or all its problems. `default_name` is its name where the file gives none.
 pub(super) fn scenario(raw: &RawScenario, default_name: &str, source: &str) -> Result<Scenario, Problems> {
@@ -71,7 +71,7 @@ fn whole(error: &SimulationError, raw: &RawScenario) -> Diagnostic {
     }
 }
 
-fn name(raw: Option<&Spanned<String>>, default_name: &str, problems: &mut Problems) -> String {
+pub(super) fn name(raw: Option<&Spanned<String>>, default_name: &str, problems: &mut Problems) -> String {
     let too_long = |name: &str| name.chars().count() > MOST_NAME.0 || name.len() > MOST_NAME.1;
     let Some(raw) = raw else {
         // The name of a file that exists: only what its output files could not be called is refused.
@@ -198,7 +198,7 @@ fn of_servo(within: &str, error: &ServoError, span: Range<usize>) -> Diagnostic 
     })
 }
 
-fn control(raw: &RawControl, problems: &mut Problems) -> LoopSettings {
+pub(super) fn control(raw: &RawControl, problems: &mut Problems) -> LoopSettings {
     let mut settings = LoopSettings::default();
     let mut set = |raw: &Option<Spanned<f64>>, pick: fn(&mut LoopSettings) -> &mut f64| {
         let Some(raw) = raw else { return };
@@ -239,7 +239,7 @@ const SOUND: AxisParameters = AxisParameters {
     pdff: Pdff { kpp_rad_s_mm: 1.0, kpv_nm_s_rad: 1.0, kiv_1_s: 1.0, kpf_rad_mm: 1.0, kvf: 1.0 },
 };
 
-fn axis(name: &str, raw: &RawAxis, problems: &mut Problems) -> AxisParameters {
+pub(super) fn axis(name: &str, raw: &RawAxis, problems: &mut Problems) -> AxisParameters {
     let mut axis = AxisParameters { drive: Drive::default(), ..SOUND };
     let before = problems.len();
     let within = format!("axis {name}: ");

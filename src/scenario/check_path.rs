@@ -7,7 +7,8 @@ use nalgebra::Vector2;
 use toml::Spanned;
 
 use super::diagnostics::Diagnostic;
-use super::file::{RawCircle, RawLine, RawPath, RawPhSpline, RawPoint};
+use super::file::{RawCircle, RawLine, RawPath, RawPhSpline};
+use super::numbers::RawPoint;
 use crate::path::{Circle, Line, MAX_COORDINATE_MM, Path, PathError, PhSpline};
 
 /// Most bad coordinates that are told one by one.

@@ -4,25 +4,26 @@ use std::fs::File;
 use std::io::{self, Read};
 use std::path::{Path, PathBuf};
 
-use serde::Deserialize;
+use serde::de::DeserializeOwned;
 use toml::de::DeTable;
 use toml_edit::DocumentMut;
 
 use super::diagnostics::{Diagnostic, ScenarioError, brief, nearest};
 use super::file::RawScenario;
+use super::form::{self, Form};
 use super::overrides::{self, Override};
-use super::{Scenario, check, explain, guard, keys};
-
-/// The scenarios that are part of the program.
-const BUILT_IN: [(&str, &str); 3] = [
-    ("alpha", include_str!("../../scenarios/alpha.toml")),
-    ("heart", include_str!("../../scenarios/heart.toml")),
-    ("star", include_str!("../../scenarios/star.toml")),
-];
+use super::part::{Folder, Part};
+use super::part_file::RawPart;
+use super::{Scenario, check, check_part, explain, guard, keys};
 
 /// Names of the built-in scenarios.
 pub fn builtin_names() -> impl Iterator<Item = &'static str> {
-    BUILT_IN.iter().map(|(name, _)| *name)
+    form::SCENARIO.built_in.iter().map(|(name, _)| *name)
+}
+
+/// Names of the built-in parts.
+pub fn builtin_part_names() -> impl Iterator<Item = &'static str> {
+    form::PART.built_in.iter().map(|(name, _)| *name)
 }
 
 /// The text of a scenario, with overrides, before it is checked.
@@ -49,7 +50,8 @@ impl Document {
     /// The built-in scenario of this name, with or without `.toml`.
     pub fn builtin(name: &str) -> Option<Self> {
         let wanted = name.strip_suffix(".toml").unwrap_or(name);
-        let (name, text) = BUILT_IN.iter().find(|(name, _)| *name == wanted)?;
+        let mut all = Form::all().into_iter().flat_map(|form| form.built_in);
+        let (name, text) = all.find(|(name, _)| *name == wanted)?;
         let mut document = Self::from_text(*text, format!("{name}.toml"));
         document.is_builtin = true;
         Some(document)
@@ -137,6 +139,15 @@ impl Document {
         &self.origin
     }
 
+    /// Whether this is a part (it has a surface) rather than a scenario.
+    pub fn is_part(&self) -> bool {
+        self.form().name == form::PART.name
+    }
+
+    fn form(&self) -> &'static Form {
+        Form::of(&self.text)
+    }
+
     /// The text as it is now, overrides applied.
     pub fn text(&self) -> &str {
         &self.text
@@ -153,8 +164,8 @@ impl Document {
         let alone = |problem| ScenarioError::new("", "", vec![problem]);
         let mut new = Override::parse(key_value).map_err(alone)?;
         let mut document = self.editable()?;
-        new.complete(&document);
-        new.apply(&mut document).map_err(alone)?;
+        new.complete(self.form(), &document);
+        new.apply(self.form(), &mut document).map_err(alone)?;
         self.text = document.to_string();
         self.overrides.push(new);
         Ok(())
@@ -168,9 +179,9 @@ impl Document {
     pub fn full_key(&self, key: &str) -> Result<String, ScenarioError> {
         let document = self.editable()?;
         let path: Vec<String> = key.trim().split('.').map(|part| part.trim().to_owned()).collect();
-        match keys::full(&path, &document) {
+        match keys::full(self.form(), &path, &document) {
             Some(path) => Ok(path.join(".")),
-            None => Err(ScenarioError::new("", "", vec![keys::unknown(&path, &document)])),
+            None => Err(ScenarioError::new("", "", vec![keys::unknown(self.form(), &path, &document)])),
         }
     }
 
@@ -200,8 +211,62 @@ impl Document {
                 .help("`servosim new NAME` writes one to start from, `servosim schema` lists every key");
             return Err(self.error(vec![problem]));
         }
-        let raw = self.raw().map_err(|problem| self.error(vec![problem]))?;
+        if self.is_part() {
+            let problem = Diagnostic::new("this is a part to be machined, not a scenario")
+                .help("`servosim toolpath FILE` makes its tool path and its NC program");
+            return Err(self.error(vec![problem]));
+        }
+        let raw: RawScenario = self.raw().map_err(|problem| self.error(vec![problem]))?;
         check::scenario(&raw, &self.default_name, &self.text).map_err(|problems| self.error(problems))
+    }
+
+    /// Checks everything of a part.
+    ///
+    /// # Errors
+    /// As [`Document::scenario`]; a mesh that cannot be read; a boundary that is open or crosses itself.
+    pub fn part(&self) -> Result<Part, ScenarioError> {
+        if !self.is_part() {
+            let problem = Diagnostic::new("this is no part to be machined: it has no surface")
+                .help("add a table [surface.nurbs] or [surface.mesh]; `servosim run FILE` runs a scenario");
+            return Err(self.error(vec![problem]));
+        }
+        let raw: RawPart = self.raw().map_err(|problem| self.error(vec![problem]))?;
+        check_part::part(&raw, &self.default_name, &self.text, &self.folder()).map_err(|problems| self.error(problems))
+    }
+
+    /// The text of a part, overrides applied, as it can stand in another folder: with a name of its own, and its mesh (if it has
+    /// one) under the name `mesh_file`. The mesh's bytes come with it.
+    ///
+    /// # Errors
+    /// The document is not TOML, or the mesh cannot be read.
+    pub fn portable_part(&self, name: &str, mesh_file: &str) -> Result<(String, Option<Vec<u8>>), ScenarioError> {
+        let mut document = self.editable()?;
+        document["name"] = toml_edit::value(name);
+        let mut mesh = None;
+        let file = document
+            .get_mut("surface")
+            .and_then(|surface| surface.get_mut("mesh"))
+            .and_then(|mesh| mesh.get_mut("file"));
+        if let Some(item) = file
+            && let Some(file) = item.as_str()
+        {
+            let mut bytes = Vec::new();
+            self.folder().open(file).and_then(|(mut reader, _)| reader.read_to_end(&mut bytes)).map_err(|error| {
+                self.error(vec![Diagnostic::new(format!("the mesh `{}` cannot be read: {error}", brief(file)))])
+            })?;
+            *item = toml_edit::value(mesh_file);
+            mesh = Some(bytes);
+        }
+        Ok((document.to_string(), mesh))
+    }
+
+    /// Where the files that the text names are looked for.
+    fn folder(&self) -> Folder {
+        if self.is_builtin {
+            Folder::BuiltIn
+        } else {
+            Folder::At(Path::new(&self.origin).parent().map_or_else(PathBuf::new, Path::to_owned))
+        }
     }
 
     fn parse(&self) -> Result<toml::Spanned<DeTable<'_>>, Diagnostic> {
@@ -209,13 +274,12 @@ impl Document {
         DeTable::parse(&self.text).map_err(|error| explain::syntax(&error, &self.text))
     }
 
-    fn raw(&self) -> Result<RawScenario, Diagnostic> {
-        let table = self.parse()?;
-        if let Some(problem) = explain::array_for_table(table.get_ref()) {
+    fn raw<T: DeserializeOwned>(&self) -> Result<T, Diagnostic> {
+        let (form, table) = (self.form(), self.parse()?);
+        if let Some(problem) = explain::array_for_table(form, table.get_ref()) {
             return Err(problem);
         }
-        RawScenario::deserialize(toml::Deserializer::from(table))
-            .map_err(|error| explain::structure(&error, &self.text))
+        T::deserialize(toml::Deserializer::from(table)).map_err(|error| explain::structure(form, &error, &self.text))
     }
 
     fn error(&self, mut problems: Vec<Diagnostic>) -> ScenarioError {
@@ -259,12 +323,12 @@ fn unreadable(path: &Path, error: &io::Error) -> ScenarioError {
 
 fn not_found(name: &str, places: &[PathBuf]) -> ScenarioError {
     let looked = places.iter().map(|place| format!("`{}`", brief(&place.display().to_string()))).collect::<Vec<_>>();
-    let built_in = builtin_names().collect::<Vec<_>>().join(", ");
+    let built_in = builtin_names().chain(builtin_part_names()).collect::<Vec<_>>().join(", ");
     let mut problem = Diagnostic::new(format!("there is no scenario `{}`", brief(name)));
     let candidates = scenario_files();
     let base = name.strip_suffix(".toml").unwrap_or(name);
-    let names: Vec<&str> =
-        BUILT_IN.iter().map(|(name, _)| *name).chain(candidates.iter().map(String::as_str)).collect();
+    let mut names: Vec<&str> = builtin_names().chain(builtin_part_names()).collect();
+    names.extend(candidates.iter().map(String::as_str));
     if let Some(known) = nearest(base, names) {
         problem = problem.help(format!("did you mean `{known}`?"));
     }

@@ -6,31 +6,8 @@ use serde_json::Value;
 use toml::de::{DeTable, DeValue};
 
 use super::diagnostics::{Diagnostic, brief, nearest};
-use super::file;
-
-/// Keys that hold a table; an array there would be read as one by position, which nobody means.
-const TABLES: [&str; 20] = [
-    "path",
-    "ph_spline",
-    "line",
-    "circle",
-    "feedrate",
-    "profile",
-    "linear",
-    "cubic",
-    "quintic",
-    "exponential",
-    "jerk_limited",
-    "control",
-    "axes",
-    "x",
-    "y",
-    "plant",
-    "drive",
-    "pdff",
-    "limits",
-    "mechanics",
-];
+use super::form::Form;
+use super::numbers::{POINT, POINT3};
 
 /// The first syntax error of a text.
 pub(super) fn syntax(error: &toml::de::Error, text: &str) -> Diagnostic {
@@ -97,11 +74,11 @@ fn brief_message(message: &str) -> String {
 }
 
 /// An array where a table belongs.
-pub(super) fn array_for_table(table: &DeTable<'_>) -> Option<Diagnostic> {
+pub(super) fn array_for_table(form: &Form, table: &DeTable<'_>) -> Option<Diagnostic> {
     for (key, value) in table {
         let name = key.get_ref().as_ref();
         match value.get_ref() {
-            DeValue::Array(_) if TABLES.contains(&name) => {
+            DeValue::Array(_) if form.is_table(name) => {
                 return Some(
                     Diagnostic::new(format!("`{}` must be a table, not a list", brief(name)))
                         .at(key.span())
@@ -109,7 +86,7 @@ pub(super) fn array_for_table(table: &DeTable<'_>) -> Option<Diagnostic> {
                 );
             }
             DeValue::Table(inner) => {
-                if let Some(problem) = array_for_table(inner) {
+                if let Some(problem) = array_for_table(form, inner) {
                     return Some(problem);
                 }
             }
@@ -120,12 +97,13 @@ pub(super) fn array_for_table(table: &DeTable<'_>) -> Option<Diagnostic> {
 }
 
 /// A key or value that a scenario does not have.
-pub(super) fn structure(error: &toml::de::Error, text: &str) -> Diagnostic {
+pub(super) fn structure(form: &Form, error: &toml::de::Error, text: &str) -> Diagnostic {
     let span = error.span().unwrap_or(0..0);
     let message = error.message();
     let place = place_of(text, &span);
-    let within =
-        |place: &[String]| if place.is_empty() { "the scenario".to_owned() } else { format!("[{}]", place.join(".")) };
+    let within = |place: &[String]| {
+        if place.is_empty() { format!("the {}", form.name) } else { format!("[{}]", place.join(".")) }
+    };
 
     if let Some((name, expected)) = unknown(message, "unknown field `") {
         // In a header such as [axes.z] the unknown key is the last part of the place itself.
@@ -133,7 +111,7 @@ pub(super) fn structure(error: &toml::de::Error, text: &str) -> Diagnostic {
             Some((last, way)) if last == name => way,
             _ => place.as_slice(),
         };
-        return unknown_key(name, &expected, &within(place)).at(span);
+        return unknown_key(form, name, &expected, &within(place)).at(span);
     }
     if let Some((name, expected)) = unknown(message, "unknown variant `") {
         let holder = place.last().map_or("this", String::as_str);
@@ -142,10 +120,10 @@ pub(super) fn structure(error: &toml::de::Error, text: &str) -> Diagnostic {
     }
     if let Some(name) = message.strip_prefix("missing field `").and_then(|rest| rest.strip_suffix('`')) {
         let problem = Diagnostic::new(format!("`{name}` is missing in {}", within(&place))).at(span);
-        return missing_key(problem, name, &place);
+        return missing_key(form, problem, name, &place);
     }
     if message.starts_with("wanted exactly 1 element") {
-        let variants = variants_of(&place);
+        let variants = variants_of(form, &place);
         let (how, help) = if message.contains("more than") {
             ("more than one of", "keep one and remove the tables of the others".to_owned())
         } else {
@@ -157,7 +135,7 @@ pub(super) fn structure(error: &toml::de::Error, text: &str) -> Diagnostic {
         return Diagnostic::new(format!("{} holds {how} {}", within(&place), list(&variants))).at(span).help(help);
     }
     if message.starts_with("invalid type: unit variant") || message == "wanted string or table" {
-        let variants = variants_of(&place);
+        let variants = variants_of(form, &place);
         let (needed, known) = match variants.first() {
             Some(first) => (format!("a table, such as [{}.{first}]", place.join(".")), list(&variants)),
             // The only choice that is a word.
@@ -167,26 +145,26 @@ pub(super) fn structure(error: &toml::de::Error, text: &str) -> Diagnostic {
             .at(span)
             .help(format!("known here: {known}"));
     }
-    wrong_type(message, place.last().map_or("", String::as_str)).at(span)
+    wrong_type(form, message, place.last().map_or("", String::as_str)).at(span)
 }
 
-fn unknown_key(name: &str, expected: &[&str], within: &str) -> Diagnostic {
+fn unknown_key(form: &Form, name: &str, expected: &[&str], within: &str) -> Diagnostic {
     let problem =
         Diagnostic::new(format!("unknown key `{}` in {within}", brief(name))).label("not a key of this table");
     let mut problem = suggest(problem, name, expected);
     // A key that is known elsewhere is probably in the wrong table.
-    let elsewhere = homes_of(name);
+    let elsewhere = homes_of(form, name);
     if !elsewhere.is_empty() {
         problem = problem.help(format!("`{name}` belongs into {}", elsewhere.join(" or ")));
     }
     if expected.is_empty() { problem } else { problem.help(format!("known here: {}", list(expected))) }
 }
 
-fn missing_key(problem: Diagnostic, name: &str, place: &[String]) -> Diagnostic {
+fn missing_key(form: &Form, problem: Diagnostic, name: &str, place: &[String]) -> Diagnostic {
     let path = place.iter().map(String::as_str).chain([name]).collect::<Vec<_>>();
-    let (about, is_table) = describe(&path).unwrap_or_default();
+    let (about, is_table) = describe(form, &path).unwrap_or_default();
     let about = if about.is_empty() { about } else { format!("  # {about}") };
-    let variants = variants_of(&path);
+    let variants = variants_of(form, &path);
     if let Some(first) = variants.first() {
         problem.label("in here").help(format!("add a table such as [{}.{first}]{about}", path.join(".")))
     } else if is_table {
@@ -197,7 +175,7 @@ fn missing_key(problem: Diagnostic, name: &str, place: &[String]) -> Diagnostic 
 }
 
 /// serde's "invalid type: FOUND, expected NEEDED" in words.
-fn wrong_type(message: &str, key: &str) -> Diagnostic {
+fn wrong_type(form: &Form, message: &str, key: &str) -> Diagnostic {
     let key = if key.is_empty() { String::new() } else { format!("`{}` ", brief(key)) };
     if message.contains("number overflowed") {
         return Diagnostic::new(format!("{key}is too big for a number"))
@@ -208,7 +186,8 @@ fn wrong_type(message: &str, key: &str) -> Diagnostic {
             .help("write big numbers with an exponent, such as 1e20");
     }
     let Some((found, needed)) = message.rsplit_once(", expected ") else {
-        return Diagnostic::new(brief(message)).help("`servosim schema` lists every key with its type");
+        return Diagnostic::new(brief(message))
+            .help(format!("`{}` lists every key with its type", form.schema_command));
     };
     let found = found
         .strip_prefix("invalid type: ")
@@ -230,12 +209,13 @@ fn wrong_type(message: &str, key: &str) -> Diagnostic {
         }
         "a boolean" => ("true or false", "write true or false, without quotes"),
         "a sequence" => ("a list of points", "write a list of points: [[x, y], [x, y], …]"),
-        "a point [x, y] of two numbers" => ("[x, y]", "a point is two numbers in mm: [12.5, -3]"),
+        POINT => ("[x, y]", "a point is two numbers in mm: [12.5, -3]"),
+        POINT3 => ("[x, y, z]", "a point is three numbers in mm: [12.5, -3, 40]"),
         _ if needed.starts_with("struct ") => ("a table", "write a [table] header with its keys below it"),
-        other => (other, "`servosim schema` lists every key with its type"),
+        other => (other, "the schema lists every key with its type"),
     };
     // A point stands in a list: the key names the list.
-    let subject = if needed == "[x, y]" { "a point of ".to_owned() + &key } else { key };
+    let subject = if needed.starts_with("[x, y") { "a point of ".to_owned() + &key } else { key };
     Diagnostic::new(format!("wrong type: {subject}must be {needed}, not {}", brief(&found))).help(help)
 }
 
@@ -308,22 +288,22 @@ pub(super) fn choices(node: &Value) -> impl Iterator<Item = &Value> {
 }
 
 /// First sentence of a key's description, and whether it is a table.
-fn describe(path: &[&str]) -> Option<(String, bool)> {
-    let node = schema_node(file::schema(), path)?;
+fn describe(form: &Form, path: &[&str]) -> Option<(String, bool)> {
+    let node = schema_node(form.schema(), path)?;
     let text = node.get("description")?.as_str()?.lines().next()?.to_owned();
     let is_table = node.get("properties").is_some() || choices(node).next().is_some();
     Some((text.trim_end_matches('.').to_owned(), is_table))
 }
 
 /// Names of the choices of an externally tagged enum.
-fn variants_of(path: &[impl AsRef<str>]) -> Vec<String> {
+fn variants_of(form: &Form, path: &[impl AsRef<str>]) -> Vec<String> {
     let path: Vec<&str> = path.iter().map(AsRef::as_ref).collect();
-    let Some(node) = schema_node(file::schema(), &path) else { return Vec::new() };
+    let Some(node) = schema_node(form.schema(), &path) else { return Vec::new() };
     choices(node).filter_map(|choice| choice.get("properties")?.as_object()?.keys().next().cloned()).collect()
 }
 
 /// The tables that have a key of this name.
-fn homes_of(name: &str) -> Vec<String> {
+fn homes_of(form: &Form, name: &str) -> Vec<String> {
     fn search(node: &Value, name: &str, path: &mut Vec<String>, found: &mut Vec<String>) {
         if let Some(properties) = node.get("properties").and_then(Value::as_object) {
             for (key, inner) in properties {
@@ -340,7 +320,7 @@ fn homes_of(name: &str) -> Vec<String> {
         }
     }
     let mut found = Vec::new();
-    search(file::schema(), name, &mut Vec::new(), &mut found);
+    search(form.schema(), name, &mut Vec::new(), &mut found);
     found.truncate(4);
     found
 }

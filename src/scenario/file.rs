@@ -2,13 +2,13 @@
 //!
 //! The doc comments here are the descriptions in the JSON schema (`servosim schema`), which editors show.
 
-use std::sync::LazyLock;
-
 use schemars::JsonSchema;
 use serde::Deserialize;
-use serde::de::{self, Deserializer, IgnoredAny, SeqAccess, Visitor};
+use serde::de::{self, Deserializer, Visitor};
 use serde_json::Value;
 use toml::Spanned;
+
+use super::numbers::RawPoint;
 
 /// A closed-loop servo simulation: a tool path, how the feed is reached, two axes, and limits to hold the run to.
 #[derive(Debug, Deserialize, JsonSchema)]
@@ -31,40 +31,6 @@ pub(super) struct RawScenario {
     /// Limits that the run is held to; a run that breaks one exits with 3.
     #[serde(default)]
     pub(super) limits: RawLimits,
-}
-
-/// A point `[x, y]` in millimetres.
-pub(super) type RawPoint = Spanned<Pair>;
-
-/// Two numbers. Unlike `[f64; 2]` it refuses a third one.
-#[derive(Debug, Clone, Copy)]
-pub(super) struct Pair(pub(super) [f64; 2]);
-
-impl<'de> Deserialize<'de> for Pair {
-    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
-        struct PairVisitor;
-
-        impl<'de> Visitor<'de> for PairVisitor {
-            type Value = Pair;
-
-            fn expecting(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-                f.write_str("a point [x, y] of two numbers")
-            }
-
-            fn visit_seq<A: SeqAccess<'de>>(self, mut numbers: A) -> Result<Pair, A::Error> {
-                let short = |length| de::Error::invalid_length(length, &self);
-                let x = numbers.next_element()?.ok_or_else(|| short(0))?;
-                let y = numbers.next_element()?.ok_or_else(|| short(1))?;
-                let mut length = 2;
-                while numbers.next_element::<IgnoredAny>()?.is_some() {
-                    length += 1;
-                }
-                if length == 2 { Ok(Pair([x, y])) } else { Err(de::Error::invalid_length(length, &self)) }
-            }
-        }
-
-        deserializer.deserialize_any(PairVisitor)
-    }
 }
 
 /// The desired path.
@@ -390,14 +356,16 @@ pub(super) struct RawLimits {
     pub(super) jerk_mm_s3: Option<Spanned<f64>>,
 }
 
-/// The JSON schema of the file, made once.
-pub(super) fn schema() -> &'static Value {
-    static SCHEMA: LazyLock<Value> = LazyLock::new(|| {
-        schemars::generate::SchemaSettings::draft2020_12()
-            .with(|settings| settings.inline_subschemas = true)
-            .into_generator()
-            .into_root_schema_for::<RawScenario>()
-            .to_value()
-    });
-    &SCHEMA
+/// The JSON schema of the file.
+pub(super) fn make_schema() -> Value {
+    schema_of::<RawScenario>()
+}
+
+/// The JSON schema of a type, with nothing to look up elsewhere.
+pub(super) fn schema_of<T: JsonSchema>() -> Value {
+    schemars::generate::SchemaSettings::draft2020_12()
+        .with(|settings| settings.inline_subschemas = true)
+        .into_generator()
+        .into_root_schema_for::<T>()
+        .to_value()
 }

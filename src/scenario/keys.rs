@@ -1,43 +1,14 @@
 //! The keys that a scenario may have, by their full dotted names and by shorter ones.
 
-use std::sync::LazyLock;
-
-use serde_json::Value;
 use toml_edit::{DocumentMut, Item};
 
 use super::diagnostics::{Diagnostic, brief, nearest};
-use super::explain::choices;
-use super::file;
-
-/// Keys that hold exactly one table out of several: writing into one replaces the other, and its name may be left out.
-pub(super) const CHOICES: [&[&str]; 4] =
-    [&["path"], &["feedrate", "profile"], &["axes", "x", "plant"], &["axes", "y", "plant"]];
-
-/// The path of every value, in the order of the schema.
-fn leaves() -> &'static [Vec<String>] {
-    fn walk(node: &Value, path: &mut Vec<String>, found: &mut Vec<Vec<String>>) {
-        let before = found.len();
-        let tables = std::iter::once(node).chain(choices(node)).filter_map(|node| node.get("properties")?.as_object());
-        for (key, inner) in tables.flatten() {
-            path.push(key.clone());
-            walk(inner, path, found);
-            path.pop();
-        }
-        if found.len() == before && !path.is_empty() {
-            found.push(path.clone());
-        }
-    }
-    static LEAVES: LazyLock<Vec<Vec<String>>> = LazyLock::new(|| {
-        let mut found = Vec::new();
-        walk(file::schema(), &mut Vec::new(), &mut found);
-        found
-    });
-    &LEAVES
-}
+use super::form::Form;
 
 /// The path of a value without the name of the chosen table, and how many parts stand before that name.
-fn without_choice(leaf: &[String]) -> Option<(Vec<&str>, usize)> {
-    let way = CHOICES.iter().find(|way| leaf.len() > way.len() + 1 && leaf.iter().zip(**way).all(|(a, b)| a == b))?;
+fn without_choice<'a>(form: &Form, leaf: &'a [String]) -> Option<(Vec<&'a str>, usize)> {
+    let way =
+        form.choices.iter().find(|way| leaf.len() > way.len() + 1 && leaf.iter().zip(**way).all(|(a, b)| a == b))?;
     let short = leaf.iter().enumerate().filter(|(i, _)| *i != way.len()).map(|(_, key)| key.as_str()).collect();
     Some((short, way.len()))
 }
@@ -49,17 +20,17 @@ fn has_table(document: &DocumentMut, path: &[String]) -> bool {
 /// The full path of a value whose path may leave out the table that the document has chosen:
 /// `axes.x.plant.gain_rad_s_v` is `axes.x.plant.first_order.gain_rad_s_v`. A gain has a short name, `x.kpp`, that of the tables
 /// of `servosim tune`. None where there is no such value.
-pub(super) fn full(path: &[String], document: &DocumentMut) -> Option<Vec<String>> {
-    if leaves().iter().any(|leaf| leaf == path) {
+pub(super) fn full(form: &Form, path: &[String], document: &DocumentMut) -> Option<Vec<String>> {
+    if form.leaves().iter().any(|leaf| leaf == path) {
         return Some(path.to_vec());
     }
     if let [axis, gain] = path
-        && let Some(leaf) = leaves().iter().find(|leaf| leaf.iter().eq(["axes", axis, "pdff", gain]))
+        && let Some(leaf) = form.leaves().iter().find(|leaf| leaf.iter().eq(["axes", axis, "pdff", gain]))
     {
         return Some(leaf.clone());
     }
-    let meant = leaves().iter().find(|leaf| {
-        without_choice(leaf).is_some_and(|(short, at)| {
+    let meant = form.leaves().iter().find(|leaf| {
+        without_choice(form, leaf).is_some_and(|(short, at)| {
             short.iter().eq(path.iter()) && leaf.get(..=at).is_some_and(|table| has_table(document, table))
         })
     })?;
@@ -67,20 +38,21 @@ pub(super) fn full(path: &[String], document: &DocumentMut) -> Option<Vec<String
 }
 
 /// What is wrong with a path that [`full`] does not know.
-pub(super) fn unknown(path: &[String], document: &DocumentMut) -> Diagnostic {
+pub(super) fn unknown(form: &Form, path: &[String], document: &DocumentMut) -> Diagnostic {
     let name = path.join(".");
-    let problem = Diagnostic::new(format!("a scenario has no value `{}`", brief(&name)));
-    let elsewhere = leaves().iter().find(|leaf| without_choice(leaf).is_some_and(|(short, _)| short.iter().eq(path)));
+    let problem = Diagnostic::new(format!("a {} has no value `{}`", form.name, brief(&name)));
+    let elsewhere =
+        form.leaves().iter().find(|leaf| without_choice(form, leaf).is_some_and(|(short, _)| short.iter().eq(path)));
     if let Some(leaf) = elsewhere {
         return problem
-            .note(format!("`{}` is one, but the scenario has chosen another table there", leaf.join(".")))
+            .note(format!("`{}` is one, but the {} has chosen another table there", leaf.join("."), form.name))
             .help("name the table in full to choose it, and give the rest of its values too");
     }
-    if leaves().iter().any(|leaf| leaf.starts_with(path)) || has_table(document, path) {
+    if form.leaves().iter().any(|leaf| leaf.starts_with(path)) || has_table(document, path) {
         return problem.note("it is a table").help(format!("name one value of it: `{}.…`", brief(&name)));
     }
-    let full = leaves().iter().map(|leaf| leaf.join("."));
-    let short = leaves().iter().filter_map(|leaf| Some(without_choice(leaf)?.0.join(".")));
+    let full = form.leaves().iter().map(|leaf| leaf.join("."));
+    let short = form.leaves().iter().filter_map(|leaf| Some(without_choice(form, leaf)?.0.join(".")));
     let names: Vec<String> = full.chain(short).collect();
     // A last part that fits exactly says more than a long common beginning.
     let last = path.last().map(String::as_str).unwrap_or_default();
@@ -94,11 +66,12 @@ pub(super) fn unknown(path: &[String], document: &DocumentMut) -> Diagnostic {
         Some(known) => problem.help(format!("did you mean `{known}`?")),
         None => problem,
     };
-    problem.help("`servosim schema` lists every key")
+    problem.help(format!("`{}` lists every key", form.schema_command))
 }
 
 #[cfg(test)]
 mod tests {
+    use super::super::form::SCENARIO;
     use super::*;
 
     fn path(key: &str) -> Vec<String> {
@@ -121,14 +94,14 @@ mod tests {
             ("axes.x.plant", None),
             ("axes.x.pdff.kp", None),
         ] {
-            assert_eq!(full(&path(short), &alpha), long.map(path), "{short}");
+            assert_eq!(full(&SCENARIO, &path(short), &alpha), long.map(path), "{short}");
         }
     }
 
     #[test]
     fn an_unknown_key_is_told_what_was_meant() {
         let alpha: DocumentMut = include_str!("../../scenarios/alpha.toml").parse().unwrap();
-        let help = |key: &str| format!("{:?}", unknown(&path(key), &alpha));
+        let help = |key: &str| format!("{:?}", unknown(&SCENARIO, &path(key), &alpha));
         assert!(help("axes.x.pdff.kp").contains("did you mean `axes.x.pdff.kpp`"), "{}", help("axes.x.pdff.kp"));
         assert!(help("x.pdff.kpp").contains("did you mean `axes.x.pdff.kpp`"), "{}", help("x.pdff.kpp"));
         assert!(help("feed_mm_s").contains("did you mean `feedrate.feed_mm_s`"), "{}", help("feed_mm_s"));

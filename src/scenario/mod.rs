@@ -39,22 +39,32 @@
 //! ```
 
 mod check;
+mod check_contour;
+mod check_part;
 mod check_path;
+mod check_surface;
 mod diagnostics;
 mod document;
 mod explain;
 mod file;
+mod form;
 mod guard;
 mod keys;
+mod numbers;
 mod overrides;
+mod part;
+mod part_file;
+mod part_program;
 
 use std::fmt;
 use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
 
 pub use diagnostics::{Diagnostic, ScenarioError};
-pub use document::{Document, builtin_names};
+pub use document::{Document, builtin_names, builtin_part_names};
 pub use guard::{MAX_ARRAY_ITEMS, MAX_TEXT_BYTES};
+pub use part::{Part, PartLimits};
+pub use part_program::{PlannedProgram, ToolPathSummary};
 
 use crate::feedrate::{Motion, Profile};
 use crate::limits::Limits;
@@ -194,5 +204,10 @@ impl Scenario {
 
 /// The JSON schema of a scenario file, for editors.
 pub fn json_schema() -> serde_json::Value {
-    file::schema().clone()
+    form::SCENARIO.schema().clone()
+}
+
+/// The JSON schema of a part file.
+pub fn part_json_schema() -> serde_json::Value {
+    form::PART.schema().clone()
 }

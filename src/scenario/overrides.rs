@@ -4,7 +4,8 @@ use toml::de::{DeTable, DeValue};
 use toml_edit::{DocumentMut, Item, Key, TableLike, Value};
 
 use super::diagnostics::{Diagnostic, brief};
-use super::keys::{self, CHOICES};
+use super::form::Form;
+use super::keys;
 
 /// One override.
 #[derive(Debug, Clone)]
@@ -55,18 +56,18 @@ impl Override {
 
     /// Puts the table that the document has chosen into a path that leaves it out. (A path of no value stays as it is:
     /// what is wrong with it is told when the scenario is read.)
-    pub(super) fn complete(&mut self, document: &DocumentMut) {
-        if let Some(path) = keys::full(&self.path, document) {
+    pub(super) fn complete(&mut self, form: &Form, document: &DocumentMut) {
+        if let Some(path) = keys::full(form, &self.path, document) {
             self.path = path;
         }
     }
 
     /// Writes the value into the document; tables on the way are created.
-    pub(super) fn apply(&self, document: &mut DocumentMut) -> Result<(), Diagnostic> {
+    pub(super) fn apply(&self, form: &Form, document: &mut DocumentMut) -> Result<(), Diagnostic> {
         let Some((last, way)) = self.path.split_last() else { return Ok(()) };
         let mut table: &mut dyn TableLike = document.as_table_mut();
         for (depth, key) in way.iter().enumerate() {
-            drop_other_choices(table, &self.path, depth);
+            drop_other_choices(form, table, &self.path, depth);
             let next = table.entry(key).or_insert_with(|| {
                 let mut table = toml_edit::Table::new();
                 table.set_implicit(true);
@@ -75,10 +76,10 @@ impl Override {
             table = next.as_table_like_mut().ok_or_else(|| {
                 let shown = self.shown();
                 Diagnostic::new(format!("{shown}: `{}` is a value, it has no keys", brief(key)))
-                    .help("`servosim schema` lists every key")
+                    .help(format!("`{}` lists every key", form.schema_command))
             })?;
         }
-        drop_other_choices(table, &self.path, way.len());
+        drop_other_choices(form, table, &self.path, way.len());
         let mut value = self.value.clone();
         match table.get_mut(last) {
             Some(Item::Value(old)) => {
@@ -135,10 +136,10 @@ pub(super) fn blame(overrides: &[Override], text: &str, problems: &mut [Diagnost
 }
 
 /// Where `path` goes through a choice at `depth`, the tables of the other choices go.
-fn drop_other_choices(table: &mut dyn TableLike, path: &[String], depth: usize) {
+fn drop_other_choices(form: &Form, table: &mut dyn TableLike, path: &[String], depth: usize) {
     let (way, chosen) = (path.get(..depth).unwrap_or_default(), path.get(depth));
     if let Some(chosen) = chosen
-        && CHOICES.iter().any(|choice| choice.iter().eq(way.iter()))
+        && form.choices.iter().any(|choice| choice.iter().eq(way.iter()))
     {
         let others: Vec<String> = table.iter().map(|(key, _)| key.to_owned()).filter(|key| key != chosen).collect();
         for other in others {

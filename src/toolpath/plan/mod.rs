@@ -209,7 +209,10 @@ pub fn plan(
             facts.tangent_jump_rad = facts.tangent_jump_rad.max(direction.angle(&laid.directions[0]));
         }
         before = Some((*chain, laid.directions[1]));
-        moves.push(if line.link { Move::Link(laid.stretch) } else { Move::Cut(laid.stretch) });
+        moves.push(match line.level {
+            Some(level) => Move::Cut { stretch: laid.stretch, level },
+            None => Move::Link(laid.stretch),
+        });
     }
     rise(&mut moves, height);
     let mut at: Option<Vector3<f64>> = None;
@@ -233,7 +236,8 @@ fn rise(moves: &mut Vec<Move>, height: f64) {
 /// A line in plan that becomes one motion.
 struct Line {
     points: Vec<Point>,
-    link: bool,
+    /// Level of its ring; none for a link.
+    level: Option<usize>,
     /// Whether it goes on from the one before without a corner.
     smooth_before: bool,
 }
@@ -242,8 +246,9 @@ struct Line {
 fn lines(chain: &Chain, rings: &[PlanRing], options: &Options, site: &Site<'_>, step: f64) -> Vec<Line> {
     let mut out = Vec::new();
     let ring = |index: usize| chain.rings[index].line.clone();
-    let plain = |points: Vec<Point>, link: bool| Line { points, link, smooth_before: false };
-    out.push(plain(ring(0), false));
+    let level = |index: usize| Some(rings[chain.rings[index].ring].level);
+    let plain = |points: Vec<Point>, level: Option<usize>| Line { points, level, smooth_before: false };
+    out.push(plain(ring(0), level(0)));
     let mut sliding = false;
     for k in 1..chain.rings.len() {
         let (from, to) = (&chain.rings[k - 1], &chain.rings[k]);
@@ -251,20 +256,21 @@ fn lines(chain: &Chain, rings: &[PlanRing], options: &Options, site: &Site<'_>, 
             .then(|| helix::slide(from, to, 0.2 * site.flat_step_mm(), 2.2 * step))
             .flatten();
         if let Some(points) = turn {
-            out.push(Line { points, link: false, smooth_before: true });
+            out.push(Line { points, level: level(k), smooth_before: true });
             sliding = true;
         } else {
             // The last turn of a helix is a whole ring.
             if sliding {
-                out.push(Line { points: ring(k - 1), link: false, smooth_before: true });
+                out.push(Line { points: ring(k - 1), level: level(k - 1), smooth_before: true });
                 sliding = false;
             }
-            out.push(plain(vec![from.start(), to.start()], true));
-            out.push(plain(ring(k), false));
+            out.push(plain(vec![from.start(), to.start()], None));
+            out.push(plain(ring(k), level(k)));
         }
     }
     if sliding {
-        out.push(Line { points: ring(chain.rings.len() - 1), link: false, smooth_before: true });
+        let last = chain.rings.len() - 1;
+        out.push(Line { points: ring(last), level: level(last), smooth_before: true });
     }
     out
 }

@@ -24,7 +24,12 @@ pub enum Move {
         to_mm: Vector3<f64>,
     },
     /// A ring, or a turn of a helix.
-    Cut(Stretch),
+    Cut {
+        /// The motion.
+        stretch: Stretch,
+        /// Steps of its ring from the first rings inwards.
+        level: usize,
+    },
     /// From a ring to the next one, on the surface.
     Link(Stretch),
 }
@@ -49,7 +54,7 @@ impl Move {
     pub fn end_mm(&self) -> Vector3<f64> {
         match self {
             Self::Rapid { to_mm } | Self::Plunge { to_mm } | Self::Retract { to_mm } => *to_mm,
-            Self::Cut(stretch) | Self::Link(stretch) => stretch.end().unwrap_or_else(Vector3::zeros),
+            Self::Cut { stretch, .. } | Self::Link(stretch) => stretch.end().unwrap_or_else(Vector3::zeros),
         }
     }
 }

@@ -1,0 +1,84 @@
+//! Parts and tool paths as pictures.
+
+use std::path::PathBuf;
+
+use servosim::machining::{DeviationMap, Inspection, PartFigures};
+use servosim::report::{DeviationPanel, DeviationPicture, MoveKind, PathMove, PathPicture, ReportError};
+use servosim::scenario::{Part, ToolPathSummary};
+use servosim::toolpath::plan::{Move, ToolPath};
+
+use super::output::{figure, short};
+
+/// A tool path: its rings in plan, and in three dimensions.
+pub(crate) fn of_path(
+    part: &Part,
+    path: &ToolPath,
+    inspection: &Inspection<'_>,
+    summary: &ToolPathSummary,
+) -> PathPicture {
+    let mut moves = Vec::with_capacity(path.moves.len());
+    let mut at: Option<[f64; 3]> = None;
+    for motion in &path.moves {
+        let end: [f64; 3] = motion.end_mm().into();
+        let (kind, points_mm) = match motion {
+            Move::Cut { stretch, level } => (
+                MoveKind::Ring(u32::try_from(*level).unwrap_or(u32::MAX)),
+                stretch.straight_mm.iter().map(|&p| p.into()).collect(),
+            ),
+            Move::Link(stretch) => (MoveKind::Link, stretch.straight_mm.iter().map(|&p| p.into()).collect()),
+            _ => (MoveKind::Air, at.into_iter().chain([end]).collect()),
+        };
+        moves.push(PathMove { kind, points_mm });
+        at = Some(end);
+    }
+    PathPicture {
+        name: part.name.clone(),
+        facts: format!(
+            "{} rings, {} mm on the surface, {} air moves; {} control points in {} curves",
+            summary.rings,
+            figure(summary.feed_length_mm, 5),
+            summary.air_moves,
+            summary.control_points,
+            summary.curves
+        ),
+        moves,
+        borders_mm: inspection.borders_mm().to_vec(),
+    }
+}
+
+/// Deviation maps side by side.
+pub(crate) fn of_maps(
+    part: &Part,
+    maps: &[(&str, &DeviationMap, &PartFigures)],
+    write: impl FnOnce(&DeviationPicture<'_>) -> Result<Vec<PathBuf>, ReportError>,
+) -> Result<Vec<PathBuf>, ReportError> {
+    let facts: Vec<String> = maps
+        .iter()
+        .map(|(_, _, figures)| {
+            format!(
+                "scallop {} µm, gouge {} µm",
+                figure(figures.largest_scallop_um, 4),
+                figure(figures.deepest_gouge_um, 4)
+            )
+        })
+        .collect();
+    let cell = maps.first().map_or(0.0, |(_, map, _)| map.cell_mm());
+    write(&DeviationPicture {
+        name: &part.name,
+        facts: &format!("deviation from the surface, along its normal; cells of {} mm", short(cell, 3)),
+        maps: maps
+            .iter()
+            .zip(&facts)
+            .map(|((title, map, _), facts)| DeviationPanel {
+                title,
+                facts,
+                low_mm: map.low_mm(),
+                cell_mm: map.cell_mm(),
+                columns: map.size()[0],
+                values_um: map.values_um(),
+            })
+            .collect(),
+        gouge_limit_um: Some(1e3 * part.options.tolerance_mm),
+        excess_limit_um: Some(1e3 * part.options.scallop_mm),
+    })
+}

@@ -1,0 +1,239 @@
+//! `servosim run PROGRAM.nc`: a program through the machine, and the part that comes of it.
+
+use std::fs::File;
+use std::io::{self, BufReader};
+use std::path::{Path, PathBuf};
+
+use serde::Serialize;
+use servosim::analysis::margins;
+use servosim::limits::{AXIS_NAMES, LimitCheck};
+use servosim::machining::{Inspection, MachinedPart, PartFigures, ProgramError, ProgramFacts, ProgramRun};
+use servosim::nc::{Reader, Reading};
+use servosim::recording::{Facts, Recorder};
+use servosim::scenario::{Document, Part};
+use servosim::simulation::{Ending, Observer};
+use servosim::summary::{Summary, SummaryObserver};
+
+use super::output::{figure, json, make_folder, note, print, printable};
+use super::part_table;
+use super::progress::Progress;
+use super::run::{Format, RunArgs, stop_flag};
+use super::table::{self, limit_lines, section};
+use super::toolpath::reading;
+use super::{CliError, Outcome, pictures, plot};
+
+/// Endings of the names of NC programs.
+const ENDINGS: [&str; 13] = ["nc", "ngc", "mpf", "spf", "tap", "cnc", "gcode", "gc", "g", "eia", "min", "ncp", "iso"];
+
+/// The part whose machine runs a program that comes alone.
+const DEFAULT_PART: &str = "patch";
+
+/// Whether the name is that of an NC program.
+pub(crate) fn is_program(name: &str) -> bool {
+    Path::new(name)
+        .extension()
+        .and_then(|ending| ending.to_str())
+        .is_some_and(|ending| ENDINGS.iter().any(|known| ending.eq_ignore_ascii_case(known)))
+}
+
+/// The figures of a run: those of any run, and those of the program and the part.
+#[derive(Debug, Serialize)]
+struct ProgramSummary<'a> {
+    #[serde(flatten)]
+    run: &'a Summary,
+    program: ProgramFigures,
+    part: Option<PartPair>,
+}
+
+/// What stands in the program.
+#[derive(Debug, Serialize)]
+struct ProgramFigures {
+    file: String,
+    rapid_blocks: u64,
+    straight_blocks: u64,
+    arcs: u64,
+    nurbs: u64,
+    control_points: u64,
+    feed_length_mm: f64,
+    rapid_length_mm: f64,
+    dwell_s: f64,
+}
+
+/// The part as the program has it and as it is cut.
+#[derive(Debug, Serialize)]
+struct PartPair {
+    nominal: PartFigures,
+    as_cut: PartFigures,
+    /// Largest difference of the two, cell by cell, either way.
+    largest_difference_um: f64,
+    limits: Vec<LimitCheck>,
+}
+
+/// Runs the program.
+pub(crate) fn run(args: &RunArgs) -> Result<Outcome, CliError> {
+    let file = PathBuf::from(&args.scenario);
+    let (part, comes_alone) = part_of(args, &file)?;
+    let name = file.file_stem().map_or_else(|| "program".to_owned(), |stem| stem.to_string_lossy().into_owned());
+    // The program is read a block at a time, and more than once.
+    let how = if comes_alone { Reading::default() } else { reading(&part) };
+    let open = || -> Result<Reader<BufReader<File>>, CliError> {
+        let opened = File::open(&file).map_err(|source| CliError::NoProgram { path: file.clone(), source })?;
+        if opened.metadata().is_ok_and(|meta| meta.is_dir()) {
+            return Err(CliError::NoProgram { path: file.clone(), source: io::ErrorKind::IsADirectory.into() });
+        }
+        Ok(Reader::new(BufReader::with_capacity(1 << 16, opened), file.display().to_string(), how))
+    };
+    let stop = stop_flag();
+    let wrong = |error: ProgramError| CliError::program(&file, error);
+    let facts = ProgramFacts::of(open()?, &part.machine).map_err(wrong)?;
+    make_folder(&args.output)?;
+    let inspection = if comes_alone {
+        None
+    } else {
+        Some(
+            Inspection::new(&*part.surface, part.cutter, &part.region, part.options.tolerance_mm, part.cell_mm)
+                .map_err(|error| CliError::inspection(&file, error))?,
+        )
+    };
+
+    let recording = args.output.join(format!("{name}.mcap"));
+    let mut recorder = Recorder::create(&recording, Facts::new(&name, &part.source))?;
+    let recording_name = recording.file_name().map(|name| name.to_string_lossy().into_owned());
+    let mut figures = SummaryObserver::<3>::new(name.as_str()).with_recording(recording_name);
+    let mut progress = Progress::new(!args.quiet && super::is_watched());
+    let mut cut = inspection.as_ref().map(Inspection::part);
+    let mut observers: Vec<&mut dyn Observer<3>> = vec![&mut figures, &mut recorder, &mut progress];
+    if let Some(cut) = &mut cut {
+        observers.push(cut);
+    }
+    let simulation = ProgramRun::new(open()?, &part.machine).map_err(wrong)?;
+    let ending = simulation.run(&facts, &part.limits, Some(&stop), &mut observers).map_err(wrong)?;
+    progress.finish();
+    let summary = figures.summary();
+    if ending == Ending::Interrupted {
+        let saved = recorder.interrupted(&summary)?.path.unwrap_or(recording);
+        let time_s = summary.samples.saturating_sub(1) as f64 * summary.period_s;
+        return Err(CliError::Interrupted { time_s, recording: saved });
+    }
+    recorder.finish(&summary)?;
+    let mut written = vec![recording];
+    let maps = match (&inspection, cut) {
+        (Some(inspection), Some(cut)) => {
+            let nominal = inspection.nominal(open()?).map_err(|error| CliError::inspection(&file, error))?;
+            Some((nominal, MachinedPart::map(cut)))
+        }
+        _ => None,
+    };
+    let pair = maps.as_ref().map(|(nominal, as_cut)| {
+        let of = |map| PartFigures::of(map, part.options.scallop_mm, part.options.tolerance_mm);
+        let (before, after) = (of(nominal), of(as_cut));
+        let limits = &part.part_limits;
+        let nominal_names = ["nominal_scallop_um", "nominal_gouge_um"];
+        let mut checks = before.check(nominal_names, limits.nominal_scallop_um, limits.nominal_gouge_um);
+        let names = ["as_cut_scallop_um", "as_cut_gouge_um"];
+        checks.extend(after.check(names, limits.as_cut_scallop_um, limits.as_cut_gouge_um));
+        let difference = as_cut.minus(nominal).and_then(|map| map.figures(0.0..=0.0).worst());
+        PartPair {
+            nominal: before,
+            as_cut: after,
+            largest_difference_um: difference.map_or(0.0, |place| place.value_um.abs()),
+            limits: checks,
+        }
+    });
+    let summary = ProgramSummary { run: &summary, program: of_program(&file, &facts), part: pair };
+    match args.format {
+        Format::Json => print(&json(&summary)?)?,
+        Format::Table if !args.quiet => print(&table(&summary))?,
+        Format::Table => {}
+    }
+    if let Some(format) = args.plots.format() {
+        let data = plot::load(&written[0], Some(&stop))?;
+        written.extend(servosim::report::write_all(&[data], &args.output, &name, format)?);
+        if let (Some((nominal, as_cut)), Some(pair)) = (&maps, &summary.part) {
+            let maps = [("nominal", nominal, &pair.nominal), ("as cut", as_cut, &pair.as_cut)];
+            written.extend(pictures::of_maps(&part, &maps, |picture| picture.write(&args.output, &name, format))?);
+        }
+    }
+    if !args.quiet {
+        note(&plot::wrote(&written));
+        if comes_alone {
+            note(&format!(
+                "note: no part file beside the program: it ran on the machine of the built-in part `{DEFAULT_PART}`, and no part was looked at; --part FILE names one"
+            ));
+        }
+        for (axis, parameters) in AXIS_NAMES.iter().zip(&part.machine.axes) {
+            if !margins(parameters, &part.machine.settings).stable {
+                note(&format!("note: the loop of axis {axis} is unstable, whatever this run shows"));
+            }
+        }
+    }
+    let broken: Vec<String> = summary.part.iter().flat_map(|pair| table::broken(&pair.limits)).collect();
+    if summary.run.passed() && broken.is_empty() {
+        return Ok(Outcome::Fine);
+    }
+    if args.quiet || args.format == Format::Json {
+        let run = table::failures(summary.run);
+        note(&[vec![run], broken].concat().join("\n").trim_start().to_owned());
+    }
+    Ok(Outcome::Broken)
+}
+
+/// The part that the program belongs to: the one named, or the one beside it; else that of the program itself, which has no more
+/// than its machine.
+fn part_of(args: &RunArgs, file: &Path) -> Result<(Part, bool), CliError> {
+    let beside = file.with_extension("part.toml");
+    let (mut document, comes_alone) = match &args.part {
+        Some(name) => (Document::find(name)?, false),
+        None if beside.is_file() => (Document::read(&beside)?, false),
+        None => (Document::find(&format!("{DEFAULT_PART}.toml"))?, true),
+    };
+    for key_value in &args.set {
+        document.set(key_value)?;
+    }
+    Ok((document.part()?, comes_alone))
+}
+
+fn of_program(file: &Path, facts: &ProgramFacts) -> ProgramFigures {
+    ProgramFigures {
+        file: file.file_name().map_or_else(String::new, |name| name.to_string_lossy().into_owned()),
+        rapid_blocks: facts.blocks.rapid,
+        straight_blocks: facts.blocks.linear,
+        arcs: facts.blocks.arc,
+        nurbs: facts.blocks.nurbs,
+        control_points: facts.blocks.control_points,
+        feed_length_mm: facts.feed_length_mm,
+        rapid_length_mm: facts.rapid_length_mm,
+        dwell_s: facts.dwell_s,
+    }
+}
+
+fn table(summary: &ProgramSummary<'_>) -> String {
+    let mut out = format!("{}\n\n", printable(&summary.run.scenario));
+    let program = &summary.program;
+    let blocks = format!(
+        "{} straight, {} arcs, {} NURBS of {} control points, {} rapid",
+        program.straight_blocks, program.arcs, program.nurbs, program.control_points, program.rapid_blocks
+    );
+    let motions = program.straight_blocks + program.arcs + program.nurbs + program.rapid_blocks;
+    section(
+        &mut out,
+        &[
+            ("motions", motions.to_string(), "", blocks),
+            ("length at the feed", figure(program.feed_length_mm, 6), "mm", String::new()),
+            ("length in the air", figure(program.rapid_length_mm, 5), "mm", String::new()),
+        ],
+    );
+    table::figures(&mut out, summary.run);
+    if let Some(pair) = &summary.part {
+        section(&mut out, &part_table::part("nominal", &pair.nominal));
+        let mut rows = part_table::part("as cut", &pair.as_cut);
+        let difference = figure(pair.largest_difference_um, 4);
+        rows.push(("largest difference", difference, "µm", "as cut against nominal, cell by cell".to_owned()));
+        section(&mut out, &rows);
+    }
+    let part = summary.part.iter().flat_map(|pair| pair.limits.iter());
+    let limits: Vec<LimitCheck> = summary.run.limits.iter().chain(part).cloned().collect();
+    limit_lines(&mut out, &limits, "no limits for the part");
+    table::lockup(&mut out, summary.run);
+    out
+}

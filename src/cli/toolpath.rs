@@ -1,0 +1,117 @@
+//! `servosim toolpath`: a part's tool path, its NC program, and what the program leaves of the part.
+
+use std::path::{Path, PathBuf};
+
+use clap::Args;
+use servosim::machining::{Inspection, PartFigures, ProgramFacts};
+use servosim::nc::{Reader, Reading};
+use servosim::report::write_file;
+use servosim::scenario::{Document, Part, PlannedProgram, ToolPathSummary};
+
+use super::output::{json, make_folder, note, print};
+use super::run::{Format, Plots};
+use super::{CliError, Outcome, part_table, pictures, plot, table};
+
+/// Arguments of `servosim toolpath`.
+#[derive(Debug, Args)]
+#[command(after_help = "\
+Examples:
+  servosim toolpath patch.toml
+  servosim toolpath patch.toml --set toolpath.tolerance_mm=0.01 --set program.dialect=fanuc
+  servosim toolpath island.toml --output nc --format json
+
+PART is looked for as a file, then in the folder scenarios, then among the built-in ones (patch, dome, island).
+The program is OUTPUT/NAME.nc; beside it NAME.part.toml keeps the part as it was, for `servosim run OUTPUT/NAME.nc`.")]
+pub(crate) struct ToolpathArgs {
+    /// Part file, or name of a built-in part
+    part: String,
+    /// Replace one value of the part, such as toolpath.tolerance_mm=0.01 (may be given again)
+    #[arg(long = "set", value_name = "KEY=VALUE")]
+    set: Vec<String>,
+    /// Folder for the program and the plots; made if it is missing
+    #[arg(long, value_name = "DIR", default_value = "output")]
+    output: PathBuf,
+    /// Format of the plots
+    #[arg(long, value_enum, default_value = "svg")]
+    plots: Plots,
+    /// What to print: a table, or the summary as one JSON object and nothing else
+    #[arg(long, value_enum, default_value = "table")]
+    format: Format,
+    /// Print no table and no notes: only errors, broken limits, and the JSON if asked for
+    #[arg(long, short)]
+    quiet: bool,
+}
+
+/// Plans, writes, checks and draws.
+pub(crate) fn run(args: &ToolpathArgs) -> Result<Outcome, CliError> {
+    let mut document = Document::find(&args.part)?;
+    for key_value in &args.set {
+        document.set(key_value)?;
+    }
+    let part = document.part()?;
+    make_folder(&args.output)?;
+    let path = part.tool_path()?;
+    let program = PlannedProgram::new(&part, &path)?;
+    let file = args.output.join(format!("{}.nc", part.name));
+    let mut written = vec![file.clone()];
+    write_file(&file, program.text.as_bytes())?;
+    written.extend(write_beside(&document, &part, &args.output)?);
+
+    // What is checked is what stands in the file.
+    let blocks = || Reader::new(program.text.as_bytes(), file.display().to_string(), reading(&part));
+    let facts = ProgramFacts::of(blocks(), &part.machine).map_err(|error| CliError::program(&file, error))?;
+    let inspection =
+        Inspection::new(&*part.surface, part.cutter, &part.region, part.options.tolerance_mm, part.cell_mm)
+            .map_err(|error| CliError::inspection(&file, error))?;
+    let map = inspection.nominal(blocks()).map_err(|error| CliError::inspection(&file, error))?;
+    let nominal = PartFigures::of(&map, part.options.scallop_mm, part.options.tolerance_mm);
+    let summary = ToolPathSummary::new(&part, &path, &program, &facts, nominal);
+    if let Some(format) = args.plots.format() {
+        written.extend(pictures::of_path(&part, &path, &inspection, &summary).write(
+            &args.output,
+            &part.name,
+            format,
+        )?);
+        let maps = [("nominal", &map, &summary.nominal)];
+        written.extend(pictures::of_maps(&part, &maps, |picture| picture.write(&args.output, &part.name, format))?);
+    }
+    match args.format {
+        Format::Json => print(&json(&summary)?)?,
+        Format::Table if !args.quiet => print(&part_table::tool_path(&summary))?,
+        Format::Table => {}
+    }
+    if !args.quiet {
+        note(&plot::wrote(&written));
+        for remark in &program.remarks {
+            note(&format!("note: {remark}"));
+        }
+    }
+    if summary.passed() {
+        return Ok(Outcome::Fine);
+    }
+    if args.quiet || args.format == Format::Json {
+        note(&table::broken(&summary.limits).join("\n"));
+    }
+    Ok(Outcome::Broken)
+}
+
+/// Keeps the part as it was beside its program, with its mesh, so that the program can be run and checked by itself.
+fn write_beside(document: &Document, part: &Part, folder: &Path) -> Result<Vec<PathBuf>, CliError> {
+    let mesh_file = format!("{}.stl", part.name);
+    let (text, mesh) = document.portable_part(&part.name, &mesh_file)?;
+    let mut written = Vec::new();
+    if let Some(bytes) = mesh {
+        let file = folder.join(mesh_file);
+        write_file(&file, &bytes)?;
+        written.push(file);
+    }
+    let file = folder.join(format!("{}.part.toml", part.name));
+    write_file(&file, text.as_bytes())?;
+    written.push(file);
+    Ok(written)
+}
+
+/// How a program of a part is read.
+pub(super) fn reading(part: &Part) -> Reading {
+    Reading { dialect: Some(part.dialect), ..Reading::default() }
+}

@@ -1,0 +1,308 @@
+//! From a part's file as written to checked values. Every value is checked, so that all problems are told at once.
+
+use std::io;
+use std::ops::{Range, RangeInclusive};
+use std::sync::Arc;
+
+use toml::Spanned;
+
+use super::check::{self, Problems};
+use super::diagnostics::{Diagnostic, brief};
+use super::part::{Folder, Part, PartLimits};
+use super::part_file::{
+    RawBlocks, RawCutter, RawDialect, RawFit, RawLinking, RawMachine, RawMesh, RawOrder, RawPart, RawPartLimits,
+    RawStepOver, RawSurface, RawToolpath, RawUnreachable,
+};
+use super::{check_contour, check_surface};
+use crate::limits::Limits;
+use crate::machining::{Blocks, Feeds, Machine};
+use crate::nc::{Dialect, MAX_DECIMALS};
+use crate::path::NurbsSurface;
+use crate::path::nurbs::MAX_DEGREE;
+use crate::servo::{AxisParameters, LoopSettings};
+use crate::toolpath::drop::{MeshSurface, NurbsDesign};
+use crate::toolpath::fit::Method;
+use crate::toolpath::mesh::{Mesh, MeshError};
+use crate::toolpath::plan::{Form, Options, Order, StepForm};
+use crate::toolpath::{Cutter, CutterError, DesignSurface};
+
+/// Height of air moves above the highest point where the file gives none \[mm\].
+const CLEARANCE_MM: f64 = 5.0;
+
+/// Step of the velocity at a corner where the file gives none \[mm/s\].
+const CORNER_VELOCITY_STEP_MM_S: f64 = 1.0;
+
+/// A number of a file that has to be positive, at most 1e6.
+fn positive(name: &str, raw: &Spanned<f64>, help: &str, problems: &mut Problems) -> f64 {
+    let value = *raw.get_ref();
+    if !(value > 0.0 && value <= 1e6) {
+        problems.push(
+            Diagnostic::new(format!("{name} = {value} is out of range: it must be a positive number, at most 1e6"))
+                .at(raw.span())
+                .help(help),
+        );
+    }
+    value
+}
+
+/// A whole number of a file within a range.
+fn whole(name: &str, raw: &Spanned<i64>, range: RangeInclusive<i64>, problems: &mut Problems) -> usize {
+    let value = *raw.get_ref();
+    if !range.contains(&value) {
+        problems.push(
+            Diagnostic::new(format!(
+                "{name} = {value} is out of range: {} to {} are taken",
+                range.start(),
+                range.end()
+            ))
+            .at(raw.span()),
+        );
+    }
+    usize::try_from(value).unwrap_or_default()
+}
+
+fn cutter(raw: &Spanned<RawCutter>, problems: &mut Problems) -> Option<Cutter> {
+    let (made, radius, corner) = match raw.get_ref() {
+        RawCutter::Ball(ball) => (Cutter::ball(*ball.radius_mm.get_ref()), &ball.radius_mm, None),
+        RawCutter::Flat(flat) => (Cutter::flat(*flat.radius_mm.get_ref()), &flat.radius_mm, None),
+        RawCutter::BullNose(bull) => (
+            Cutter::bull_nose(*bull.radius_mm.get_ref(), *bull.corner_radius_mm.get_ref()),
+            &bull.radius_mm,
+            Some(&bull.corner_radius_mm),
+        ),
+    };
+    match made {
+        Ok(cutter) => Some(cutter),
+        Err(error) => {
+            let place = match error {
+                CutterError::BadCorner { .. } => corner.unwrap_or(radius),
+                _ => radius,
+            };
+            problems.push(Diagnostic::new(error.to_string()).at(place.span()).help("give the radius in millimetres"));
+            None
+        }
+    }
+}
+
+/// The surface: as the cutter sees it, and as a NURBS surface where it is one. With a `cutter` places that it cannot reach are a
+/// problem (at `place`).
+fn surface(
+    raw: &Spanned<RawSurface>,
+    folder: &Folder,
+    cutter: Option<Cutter>,
+    place: Range<usize>,
+    problems: &mut Problems,
+) -> Option<(Arc<dyn DesignSurface>, Option<NurbsSurface>)> {
+    match raw.get_ref() {
+        RawSurface::Nurbs(raw) => {
+            let made = check_surface::nurbs_surface(raw).and_then(|surface| {
+                let design = NurbsDesign::new(&surface)
+                    .map_err(|error| Diagnostic::new(error.to_string()).at(raw.control_points_mm.span()))?;
+                if let Some(cutter) = cutter
+                    && let Err(fault) = design.check(&cutter)
+                {
+                    return Err(Diagnostic::new(fault.to_string()).at(place.clone()).help(
+                        "toolpath.unreachable = \"leave\" cuts what can be reached; the machining check shows what stays",
+                    ));
+                }
+                Ok((Arc::new(design) as Arc<dyn DesignSurface>, Some(surface)))
+            });
+            made.map_err(|problem| problems.push(problem)).ok()
+        }
+        RawSurface::Mesh(raw) => match mesh(raw, folder) {
+            Ok(mesh) => Some((Arc::new(MeshSurface::new(&mesh)), None)),
+            Err(problem) => {
+                problems.push(problem);
+                None
+            }
+        },
+    }
+}
+
+fn mesh(raw: &RawMesh, folder: &Folder) -> Result<Mesh, Diagnostic> {
+    let file = raw.file.get_ref();
+    let at = |problem: Diagnostic| problem.at(raw.file.span());
+    let (reader, origin) = folder.open(file).map_err(|error| {
+        let problem = Diagnostic::new(format!("the mesh `{}` cannot be read: {error}", brief(file)));
+        at(match error.kind() {
+            io::ErrorKind::NotFound => problem.help("the file is looked for in the folder of this one"),
+            io::ErrorKind::IsADirectory => problem.help("give an STL file"),
+            _ => problem,
+        })
+    })?;
+    Mesh::from_stl(reader, &origin).map_err(|error| {
+        let problem = Diagnostic::new(error.to_string());
+        at(match error {
+            MeshError::NoStl { .. } => problem.help("binary and ASCII STL files are read"),
+            _ => problem,
+        })
+    })
+}
+
+fn options(raw: &RawToolpath, cutter: Option<Cutter>, problems: &mut Problems) -> Options {
+    let scallop_mm =
+        positive("scallop_mm", &raw.scallop_mm, "give the height of the ridge in millimetres, such as 0.01", problems);
+    let tolerance_mm =
+        positive("tolerance_mm", &raw.tolerance_mm, "give the path tolerance in millimetres, such as 0.01", problems);
+    if let Some(cutter) = cutter
+        && !(scallop_mm < cutter.radius_mm())
+    {
+        problems.push(
+            Diagnostic::new(format!(
+                "a scallop height of {scallop_mm} mm is not possible with a cutter of radius {} mm",
+                cutter.radius_mm()
+            ))
+            .at(raw.scallop_mm.span())
+            .help("it must be below the cutter radius; a hundredth of it is usual"),
+        );
+    }
+    let most_degree = i64::try_from(MAX_DEGREE).unwrap_or(i64::MAX);
+    let mut options = Options::new(scallop_mm, tolerance_mm);
+    if let Some(given) = &raw.degree {
+        options.degree = whole("degree", given, 1..=most_degree, problems);
+    }
+    match raw.fit {
+        Some(RawFit::Free) => options.fit = Method::Free,
+        Some(RawFit::Density) => options.fit = Method::Density,
+        Some(RawFit::Paper) => options.fit = Method::Paper,
+        Some(RawFit::Standard) => options.fit = Method::Standard,
+        None => {}
+    }
+    if let Some(given) = &raw.step_over {
+        options.step = match given.get_ref() {
+            RawStepOver::Measured => StepForm::Measured,
+            RawStepOver::Exact => StepForm::Exact,
+            RawStepOver::Fast => StepForm::Fast,
+        };
+        if options.step != StepForm::Measured && cutter.is_some_and(|cutter| !cutter.is_ball()) {
+            problems.push(
+                Diagnostic::new("the step-over formulas hold for a ball-end cutter only")
+                    .at(given.span())
+                    .help("take step_over = \"measured\" for this one"),
+            );
+        }
+    }
+    options.form = match raw.linking {
+        Some(RawLinking::Continuous) => Form::Continuous,
+        Some(RawLinking::Discrete) | None => Form::Discrete,
+    };
+    options.order = match raw.order {
+        Some(RawOrder::InsideOut) => Order::InsideOut,
+        Some(RawOrder::OutsideIn) | None => Order::OutsideIn,
+    };
+    options.clearance_mm = raw.clearance_mm.as_ref().map_or(CLEARANCE_MM, |given| {
+        positive("clearance_mm", given, "give the height above the highest point in millimetres", problems)
+    });
+    options
+}
+
+fn machine(raw: &RawMachine, axes: [AxisParameters; 3], settings: LoopSettings, problems: &mut Problems) -> Machine {
+    let mut number = |name, raw: &Spanned<f64>, help| positive(name, raw, help, problems);
+    let accel_mm_s2 = number("accel_mm_s2", &raw.accel_mm_s2, "give the acceleration in mm/s², such as 2000");
+    Machine {
+        axes,
+        settings,
+        rapid_mm_s: number("rapid_mm_s", &raw.rapid_mm_s, "give the rapid feed in mm/s, such as 200"),
+        accel_mm_s2,
+        jerk_mm_s3: number("jerk_mm_s3", &raw.jerk_mm_s3, "give the jerk in mm/s³, such as 50000"),
+        lateral_accel_mm_s2: accel_mm_s2,
+        corner_velocity_step_mm_s: raw.corner_velocity_step_mm_s.as_ref().map_or(CORNER_VELOCITY_STEP_MM_S, |given| {
+            number("corner_velocity_step_mm_s", given, "give the step of the velocity in mm/s, such as 1")
+        }),
+    }
+}
+
+/// The limits of a run of the program, and those of the part.
+fn limits(raw: &RawPartLimits, problems: &mut Problems) -> (Limits, PartLimits) {
+    let mut check = |name: &str, raw: &Option<Spanned<f64>>| {
+        raw.as_ref().map(|raw| positive(name, raw, "remove the line if this is not to be checked", problems))
+    };
+    let run = Limits {
+        contour_error_um: check("contour_error_um", &raw.contour_error_um),
+        tracking_error_um: check("tracking_error_um", &raw.tracking_error_um),
+        voltage_v: check("voltage_v", &raw.voltage_v),
+        ..Limits::default()
+    };
+    let part = PartLimits {
+        nominal_scallop_um: check("nominal_scallop_um", &raw.nominal_scallop_um),
+        nominal_gouge_um: check("nominal_gouge_um", &raw.nominal_gouge_um),
+        as_cut_scallop_um: check("as_cut_scallop_um", &raw.as_cut_scallop_um),
+        as_cut_gouge_um: check("as_cut_gouge_um", &raw.as_cut_gouge_um),
+    };
+    (run, part)
+}
+
+/// The checked part, or all its problems. `default_name` is its name where the file gives none.
+pub(super) fn part(raw: &RawPart, default_name: &str, source: &str, folder: &Folder) -> Result<Part, Problems> {
+    let mut problems = Vec::new();
+    let name = check::name(raw.name.as_ref(), default_name, &mut problems);
+    let cutter = cutter(&raw.cutter, &mut problems);
+    let mut options = options(&raw.toolpath, cutter, &mut problems);
+    let cut_mm_min =
+        positive("cut_mm_min", &raw.feed.cut_mm_min, "give the feed in mm/min, such as 3000", &mut problems);
+    let plunge_mm_min = raw.feed.plunge_mm_min.as_ref().map_or(cut_mm_min / 3.0, |given| {
+        positive("plunge_mm_min", given, "give the feed in mm/min, such as 1000", &mut problems)
+    });
+    let decimals = raw.program.decimals.as_ref().map(|given| {
+        let decimals = whole("decimals", given, 0..=i64::from(MAX_DECIMALS), &mut problems);
+        u8::try_from(decimals).unwrap_or(MAX_DECIMALS)
+    });
+    let dialect = match raw.program.dialect {
+        Some(RawDialect::Fanuc) => Dialect::Fanuc,
+        Some(RawDialect::Linuxcnc) => Dialect::LinuxCnc,
+        Some(RawDialect::Siemens) | None => Dialect::Siemens,
+    };
+    let blocks = match raw.program.blocks {
+        Some(RawBlocks::Straight) => Blocks::Straight,
+        Some(RawBlocks::Nurbs) | None => Blocks::Nurbs,
+    };
+    if blocks == Blocks::Nurbs && !dialect.degrees().contains(&options.degree) {
+        let (least, most) = (dialect.degrees().start().to_owned(), dialect.degrees().end().to_owned());
+        let problem = Diagnostic::new(format!("{} has no curves of degree {}", dialect.name(), options.degree))
+            .help(format!("it has those of degree {least} to {most}"));
+        let place = raw.toolpath.degree.as_ref().map(Spanned::span);
+        problems.push(place.map_or(problem.clone(), |span| problem.at(span)));
+        options.degree = most;
+    }
+    let settings = check::control(&raw.control, &mut problems);
+    let axes = [("x", &raw.axes.x), ("y", &raw.axes.y), ("z", &raw.axes.z)]
+        .map(|(name, raw)| check::axis(name, raw, &mut problems));
+    let machine = machine(&raw.machine, axes, settings, &mut problems);
+    let (limits, part_limits) = limits(&raw.limits, &mut problems);
+    let cell_mm = raw.check.cell_mm.as_ref().map_or_else(
+        || cutter.map_or(1.0, |cutter| cutter.radius_mm()) / 50.0,
+        |given| positive("cell_mm", given, "give the size of a cell in millimetres, such as 0.1", &mut problems),
+    );
+    // What takes time comes last: not where something else is wrong already.
+    if !problems.is_empty() {
+        return Err(problems);
+    }
+    let whole = matches!(raw.toolpath.unreachable, Some(RawUnreachable::Refuse) | None);
+    let surface = surface(&raw.surface, folder, cutter.filter(|_| whole), raw.cutter.span(), &mut problems);
+    let nurbs = surface.as_ref().and_then(|(_, nurbs)| nurbs.as_ref());
+    let place = raw.surface.span();
+    let region = if surface.is_some() || raw.boundary.is_some() {
+        check_contour::region(raw.boundary.as_ref(), &raw.islands, nurbs, place, &mut problems)
+    } else {
+        None
+    };
+    let (Some(cutter), Some((surface, _)), Some(region), true) = (cutter, surface, region, problems.is_empty()) else {
+        return Err(problems);
+    };
+    Ok(Part {
+        name,
+        surface,
+        region,
+        cutter,
+        options,
+        feeds: Feeds { cut_mm_min, plunge_mm_min },
+        blocks,
+        dialect,
+        decimals,
+        machine,
+        cell_mm,
+        limits,
+        part_limits,
+        source: source.to_owned(),
+    })
+}

@@ -1,0 +1,123 @@
+//! A part to be machined, checked.
+
+use std::fmt;
+use std::fs::File;
+use std::io::{self, Read};
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+
+use super::{Document, ScenarioError};
+use crate::limits::Limits;
+use crate::machining::{Blocks, Feeds, Machine};
+use crate::nc::Dialect;
+use crate::toolpath::guide::Region;
+use crate::toolpath::plan::{self, PlanError, ToolPath};
+use crate::toolpath::{Cutter, DesignSurface};
+
+/// Everything that a part needs: the surface, where and with what it is cut, the machine. The fields may be changed.
+#[derive(Clone)]
+pub struct Part {
+    /// Name, also that of the output files.
+    pub name: String,
+    /// The design surface.
+    pub surface: Arc<dyn DesignSurface>,
+    /// Where the tool's axis may go.
+    pub region: Region,
+    /// The cutter.
+    pub cutter: Cutter,
+    /// How the tool path is made.
+    pub options: plan::Options,
+    /// Feeds of the program.
+    pub feeds: Feeds,
+    /// What the motions on the surface are written as.
+    pub blocks: Blocks,
+    /// Whose language the program is in.
+    pub dialect: Dialect,
+    /// Decimals of the program; none: the fewest that keep the tolerance.
+    pub decimals: Option<u8>,
+    /// The machine.
+    pub machine: Machine,
+    /// Side of a cell of the machining check \[mm\].
+    pub cell_mm: f64,
+    /// Limits that a run of the program is held to.
+    pub limits: Limits,
+    /// Limits that the machined part is held to.
+    pub part_limits: PartLimits,
+    /// The text that all this comes from, overrides applied.
+    pub source: String,
+}
+
+/// Limits that a machined part is held to; a missing one is not checked.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct PartLimits {
+    /// Largest excess of the part as the program has it \[µm\].
+    pub nominal_scallop_um: Option<f64>,
+    /// Its deepest gouge \[µm\].
+    pub nominal_gouge_um: Option<f64>,
+    /// Largest excess of the part as the machine cuts it \[µm\].
+    pub as_cut_scallop_um: Option<f64>,
+    /// Its deepest gouge \[µm\].
+    pub as_cut_gouge_um: Option<f64>,
+}
+
+impl fmt::Debug for Part {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.debug_struct("Part")
+            .field("name", &self.name)
+            .field("cutter", &self.cutter)
+            .field("options", &self.options)
+            .field("machine", &self.machine)
+            .finish_non_exhaustive()
+    }
+}
+
+impl Part {
+    /// A part from a file.
+    ///
+    /// # Errors
+    /// See [`Document::read`] and [`Document::part`].
+    pub fn load(path: impl AsRef<Path>) -> Result<Self, ScenarioError> {
+        Document::read(path)?.part()
+    }
+
+    /// The tool path.
+    ///
+    /// # Errors
+    /// Places where the cutter cannot rest, step-overs that are not possible: see [`plan::plan`].
+    pub fn tool_path(&self) -> Result<ToolPath, PlanError> {
+        plan::plan(&*self.surface, self.cutter, &self.region, &self.options)
+    }
+}
+
+/// Where the files that a part names are looked for.
+#[derive(Debug, Clone)]
+pub(super) enum Folder {
+    /// A folder.
+    At(PathBuf),
+    /// The program itself.
+    BuiltIn,
+}
+
+/// The files of built-in parts.
+const BUILT_IN_FILES: [(&str, &[u8]); 1] = [("dome.stl", include_bytes!("../../scenarios/dome.stl"))];
+
+impl Folder {
+    /// A file to be read, and what messages call it.
+    pub(super) fn open(&self, file: &str) -> io::Result<(Box<dyn Read>, String)> {
+        match self {
+            Self::BuiltIn => BUILT_IN_FILES
+                .iter()
+                .find(|(name, _)| *name == file)
+                .map(|(name, bytes)| (Box::new(*bytes) as Box<dyn Read>, format!("{name} (built in)")))
+                .ok_or_else(|| io::ErrorKind::NotFound.into()),
+            Self::At(folder) => {
+                let path = folder.join(file);
+                let opened = File::open(&path)?;
+                if opened.metadata()?.is_dir() {
+                    return Err(io::ErrorKind::IsADirectory.into());
+                }
+                Ok((Box::new(opened), path.display().to_string()))
+            }
+        }
+    }
+}
