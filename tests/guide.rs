@@ -130,18 +130,18 @@ fn sampled(piece: &Piece) -> Vec<Point> {
 fn curve_distance(curve: &NurbsCurve<2>, q: Point) -> f64 {
     let (low, high) = curve.domain();
     let at = |u: f64| (curve.point_mm(u) - q).norm();
-    let count = 300;
-    let step = (high - low) / f64::from(count);
-    let coarse: Vec<f64> = (0..=count).map(|k| at(low + step * f64::from(k))).collect();
+    let count = 300_usize;
+    let step = (high - low) / count as f64;
+    let coarse: Vec<f64> = (0..=count).map(|k| at(low + step * k as f64)).collect();
     let least = coarse.iter().copied().fold(f64::INFINITY, f64::min);
     let mut best = least;
     for k in 0..=count {
-        let reach = if k > 0 { (coarse[k as usize] - coarse[k as usize - 1]).abs() } else { f64::INFINITY };
-        if coarse[k as usize] > least + reach.max(0.05) {
+        let reach = if k > 0 { (coarse[k] - coarse[k - 1]).abs() } else { f64::INFINITY };
+        if coarse[k] > least + reach.max(0.05) {
             continue;
         }
         // Golden section around every sample that could hide the nearest point.
-        let (mut a, mut b) = ((low + step * f64::from(k - 1)).max(low), (low + step * f64::from(k + 1)).min(high));
+        let (mut a, mut b) = ((low + step * (k as f64 - 1.0)).max(low), (low + step * (k as f64 + 1.0)).min(high));
         for _ in 0..40 {
             let (x, y) = (b - 0.618_034 * (b - a), a + 0.618_034 * (b - a));
             if at(x) < at(y) { b = y } else { a = x }

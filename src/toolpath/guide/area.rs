@@ -1,7 +1,7 @@
 //! What an inset leaves: areas, and the closed rings around them.
 
-use super::contour::{MAX_ELEMENTS, Piece};
-use super::element::{Bounds, Element, Point, Shape, cross, turn};
+use super::contour::Piece;
+use super::element::{Bounds, Element, Point, Shape, cross, parts, turn};
 use super::{GuideError, depth, offset};
 
 /// A corner of a [`Ring`].
@@ -82,7 +82,7 @@ impl Ring {
                 let share = max_chord_error_mm / radius;
                 if share > 0.0 {
                     let step = if share < 1.0 { 2.0 * libm::acos(1.0 - share) } else { std::f64::consts::PI };
-                    let parts = (element.span / step - 1e-9).ceil().clamp(1.0, MAX_ELEMENTS as f64) as usize;
+                    let parts = parts(element.span / step - 1e-9);
                     points.extend((1..parts).map(|k| element.at(element.span * k as f64 / parts as f64)));
                 }
             }

@@ -5,7 +5,7 @@ use nalgebra::Vector2;
 use super::GuideError;
 use super::area::winding;
 use super::crossing::{self, Meeting};
-use super::element::{Bounds, Element, Point, Shape, rounding, turn};
+use super::element::{Bounds, Element, Point, Shape, parts, rounding, turn};
 use super::freeform;
 use super::tree::Tree;
 use crate::path::{MAX_COORDINATE_MM, NurbsCurve};
@@ -200,6 +200,10 @@ impl Contour {
         Ok(Self { elements })
     }
 
+    pub(super) fn into_elements(self) -> Vec<Element> {
+        self.elements
+    }
+
     pub(super) fn elements(&self) -> &[Element] {
         &self.elements
     }
@@ -272,7 +276,7 @@ fn arc(
         if angle < 0.0 { angle + std::f64::consts::TAU } else { angle }
     };
     let to = if full { from } else { to };
-    let parts = (angle / 1.6).ceil().max(1.0) as usize;
+    let parts = parts(angle / 1.6);
     let mut before = from;
     for part in 1..=parts {
         let next = if part == parts {

@@ -2,6 +2,8 @@
 
 use nalgebra::Vector2;
 
+use super::contour::MAX_ELEMENTS;
+
 pub(super) type Point = Vector2<f64>;
 
 pub(super) fn cross(a: Point, b: Point) -> f64 {
@@ -11,6 +13,12 @@ pub(super) fn cross(a: Point, b: Point) -> f64 {
 /// `a` turned left by a right angle.
 pub(super) fn left(a: Point) -> Point {
     Point::new(-a.y, a.x)
+}
+
+/// `x` rounded up: a number of parts, 1 to `MAX_ELEMENTS`.
+#[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss)]
+pub(super) fn parts(x: f64) -> usize {
+    x.ceil().max(1.0).min(MAX_ELEMENTS as f64) as usize
 }
 
 /// The angle from `a` to `b`, -π to π.

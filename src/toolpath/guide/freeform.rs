@@ -27,7 +27,7 @@ pub(super) fn chords(curve: &NurbsCurve<2>, tolerance: f64) -> Result<Vec<Vector
             if !(points.len() as f64 + parts <= MAX_ELEMENTS as f64) {
                 return Err(GuideError::TooManyElements { elements: MAX_ELEMENTS + 1 });
             }
-            let count = parts as usize;
+            let count = super::element::parts(parts);
             let at = |k: usize, share: f64| curve.point_mm(piece.from + width * ((k as f64 + share) / parts));
             let worst = (0..count)
                 .map(|k| {
@@ -40,7 +40,7 @@ pub(super) fn chords(curve: &NurbsCurve<2>, tolerance: f64) -> Result<Vec<Vector
             }
             parts = (parts * (worst / tolerance).sqrt().clamp(1.05, 2.0)).ceil();
         }
-        let count = parts as usize;
+        let count = super::element::parts(parts);
         points.extend((1..count).map(|k| curve.point_mm(piece.from + width * (k as f64 / parts))));
         points.push(end(&piece));
     }

@@ -13,11 +13,13 @@
 
 mod area;
 mod contour;
+mod cover;
 mod crossing;
 mod depth;
 mod element;
 mod error;
 mod freeform;
+mod link;
 mod offset;
 mod region;
 mod tree;

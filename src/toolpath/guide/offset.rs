@@ -5,7 +5,8 @@
 //! piece those intervals are taken away that lie within `d` of another element, and what is left is linked end to start.
 
 use super::area::{Area, Ring};
-use super::element::{Bounds, Capsule, Element, Point, Shape, cross, left, rounding, turn};
+use super::element::{Bounds, Element, Point, Shape, cross, parts, rounding, turn};
+use super::link::link;
 use super::tree::Tree;
 
 /// Why the linking failed, and where: the caller tries again a little further in.
@@ -41,13 +42,13 @@ pub(super) fn inset(rings: &[&[Element]], d: f64, inherited: f64) -> Result<Vec<
 }
 
 /// The elements of all rings and their tree.
-struct Boundary {
-    elements: Vec<Element>,
+pub(super) struct Boundary {
+    pub(super) elements: Vec<Element>,
     /// For each element the one before and the one after it on its ring.
-    around: Vec<[usize; 2]>,
+    pub(super) around: Vec<[usize; 2]>,
     /// First element of each ring, and the end of the last one.
-    starts: Vec<usize>,
-    tree: Tree,
+    pub(super) starts: Vec<usize>,
+    pub(super) tree: Tree,
 }
 
 impl Boundary {
@@ -68,82 +69,35 @@ impl Boundary {
 }
 
 /// A raw piece of the offset.
-struct Raw {
-    curve: Element,
+pub(super) struct Raw {
+    pub(super) curve: Element,
     /// The element that it belongs to; of a corner the one before it.
-    owner: usize,
+    pub(super) owner: usize,
     /// Of a corner the one after it, else the owner.
-    other: usize,
+    pub(super) other: usize,
     /// The raw piece that goes on where this one ends, if one does.
-    next: Option<usize>,
+    pub(super) next: Option<usize>,
     /// Elements to which its own goes over smoothly, the one before and the one after it. Their distance from the piece is `d` where
     /// they meet and never less, unless they are arcs that have vanished.
-    smooth: [usize; 2],
+    pub(super) smooth: [usize; 2],
 }
-
-/// Most starts that are looked at near an end.
-const MOST_NEAR: usize = 100;
 
 /// No element.
-const NONE: usize = usize::MAX;
+pub(super) const NONE: usize = usize::MAX;
 
 /// A part of a raw piece that stays.
-struct Kept {
-    raw: usize,
-    curve: Element,
+pub(super) struct Kept {
+    pub(super) raw: usize,
+    pub(super) curve: Element,
     /// Whether it reaches the start of its raw piece.
-    whole_start: bool,
-    whole_end: bool,
+    pub(super) whole_start: bool,
+    pub(super) whole_end: bool,
 }
 
-/// What is not yet covered of a raw piece.
-struct Cover {
-    low: f64,
-    high: f64,
-    inside: Vec<(f64, f64)>,
-    candidates: Vec<f64>,
-}
-
-impl Cover {
-    fn add(&mut self, from: f64, to: f64) {
-        if !(from < to) || to <= self.low || from >= self.high {
-            return;
-        }
-        if from <= self.low {
-            self.low = to;
-        } else if to >= self.high {
-            self.high = from;
-        } else {
-            self.inside.push((from, to));
-        }
-    }
-
-    fn full(&self) -> bool {
-        self.low >= self.high
-    }
-}
-
-/// A stretch of a raw piece: parameters, middle point, half its length.
-#[derive(Clone, Copy)]
-struct Stretch {
-    from: f64,
-    to: f64,
-    middle: Point,
-    half: f64,
-    capsule: Capsule,
-}
-
-impl Stretch {
-    fn new(curve: &Element, from: f64, to: f64) -> Self {
-        let middle = curve.at(0.5 * (from + to));
-        Self { from, to, middle, half: 0.5 * (to - from) * curve.rate(), capsule: Capsule::of(&curve.part(from, to)) }
-    }
-}
-
-struct Offset<'a> {
-    boundary: &'a Boundary,
-    d: f64,
-    eps: f64,
+pub(super) struct Offset<'a> {
+    pub(super) boundary: &'a Boundary,
+    pub(super) d: f64,
+    pub(super) eps: f64,
 }
 
 impl Offset<'_> {
@@ -162,12 +116,12 @@ impl Offset<'_> {
     }
 
     /// Elements further away than this have no say. What is at `d` exactly has: it may lie on the piece.
-    fn reach(&self) -> f64 {
+    pub(super) fn reach(&self) -> f64 {
         self.d + 2.0 * self.eps
     }
 
     /// Whether it is an arc whose offset is beyond its centre.
-    fn vanished(&self, element: &Element) -> bool {
+    pub(super) fn vanished(&self, element: &Element) -> bool {
         matches!(element.shape, Shape::Arc { radius, sense, .. } if sense > 0.0 && radius <= self.d * (1.0 + 1e-9))
     }
 
@@ -217,13 +171,13 @@ impl Offset<'_> {
                     continue;
                 }
                 let angle = turn(from, to);
-                let parts = (-angle / 1.6).ceil().max(1.0);
+                let parts = parts(-angle / 1.6);
                 let mut normal = from;
-                for part in 1..=parts as usize {
-                    let end = if part as f64 >= parts {
+                for part in 1..=parts {
+                    let end = if part == parts {
                         to
                     } else {
-                        let (sine, cosine) = libm::sincos(angle * part as f64 / parts);
+                        let (sine, cosine) = libm::sincos(angle * part as f64 / parts as f64);
                         Point::new(cosine * from.x - sine * from.y, sine * from.x + cosine * from.y)
                     };
                     let curve = Element::arc(element.end, self.d, -1.0, normal, end, 0);
@@ -241,211 +195,6 @@ impl Offset<'_> {
             }
         }
         raw
-    }
-
-    fn kept(&self, raw: &[Raw]) -> Result<Vec<Kept>, Trouble> {
-        let mut kept = Vec::new();
-        let mut cover = Cover { low: 0.0, high: 0.0, inside: Vec::new(), candidates: Vec::new() };
-        for (index, piece) in raw.iter().enumerate() {
-            cover.low = 0.0;
-            cover.high = piece.curve.span;
-            cover.inside.clear();
-            self.cover(piece, &mut cover)?;
-            if cover.full() {
-                continue;
-            }
-            cover.inside.sort_by(|a, b| a.0.total_cmp(&b.0));
-            let mut from = cover.low;
-            let mut keep = |from: f64, to: f64| {
-                let whole = (from <= 0.0, to >= piece.curve.span);
-                if whole == (true, true) || (to - from) * piece.curve.rate() > self.eps {
-                    let curve = piece.curve.part(from, to);
-                    kept.push(Kept { raw: index, curve, whole_start: whole.0, whole_end: whole.1 });
-                }
-            };
-            for &(a, b) in &cover.inside {
-                if a >= cover.high {
-                    break;
-                }
-                if a > from {
-                    keep(from, a);
-                }
-                from = from.max(b);
-            }
-            if cover.high > from {
-                keep(from, cover.high);
-            }
-        }
-        Ok(kept)
-    }
-
-    /// Takes from a raw piece what lies within `d` of another element.
-    fn cover(&self, raw: &Raw, cover: &mut Cover) -> Result<(), Trouble> {
-        let whole = Stretch::new(&raw.curve, 0.0, raw.curve.span);
-        // Most of what goes is covered by a neighbour.
-        let (before, after) = (self.boundary.around[raw.owner][0], self.boundary.around[raw.other][1]);
-        for j in [after, before] {
-            self.cover_by(raw, j, &whole, cover)?;
-            if cover.full() {
-                return Ok(());
-            }
-        }
-        self.visit(raw, 0, &whole, cover)
-    }
-
-    fn visit(&self, raw: &Raw, node: usize, stretch: &Stretch, cover: &mut Cover) -> Result<(), Trouble> {
-        let tree = &self.boundary.tree;
-        if cover.full() || stretch.to <= cover.low || stretch.from >= cover.high {
-            return Ok(());
-        }
-        if let Some(range) = tree.leaf(node) {
-            for j in range {
-                if !stretch.capsule.apart(tree.leaf_capsule(j), self.reach()) {
-                    self.cover_by(raw, j, stretch, cover)?;
-                }
-            }
-            return Ok(());
-        }
-        // A long stretch meets boxes that its parts do not.
-        if stretch.half > tree.node(node).diagonal() && stretch.half > 0.2 * self.d {
-            let middle = 0.5 * (stretch.from + stretch.to);
-            for part in [(stretch.from, middle), (middle, stretch.to)] {
-                let part = Stretch::new(&raw.curve, part.0, part.1);
-                if tree.capsule(node).is_some_and(|capsule| !part.capsule.apart(capsule, self.reach())) {
-                    self.visit(raw, node, &part, cover)?;
-                }
-            }
-            return Ok(());
-        }
-        let child = |k: usize| {
-            let capsule = tree.capsule(k)?;
-            let square = capsule.square(stretch.middle);
-            let reach = self.d + stretch.half + capsule.thickness;
-            (square < reach * reach && !stretch.capsule.apart(capsule, self.reach())).then_some((k, square))
-        };
-        match (child(2 * node + 1), child(2 * node + 2)) {
-            (Some(a), Some(b)) => {
-                // The nearest first: it is the likeliest to cover everything.
-                let (first, second) = if a.1 <= b.1 { (a.0, b.0) } else { (b.0, a.0) };
-                self.visit(raw, first, stretch, cover)?;
-                self.visit(raw, second, stretch, cover)
-            }
-            (Some((only, _)), None) | (None, Some((only, _))) => self.visit(raw, only, stretch, cover),
-            (None, None) => Ok(()),
-        }
-    }
-
-    /// Takes what element `j` covers.
-    fn cover_by(&self, raw: &Raw, j: usize, stretch: &Stretch, cover: &mut Cover) -> Result<(), Trouble> {
-        let element = &self.boundary.elements[j];
-        let own = j == raw.owner || j == raw.other;
-        if own {
-            // Its own element is never nearer, nor are the two beside a corner; but an arc that has vanished leaves a corner that
-            // looks across its centre.
-            if raw.owner == raw.other || !self.vanished(element) {
-                return Ok(());
-            }
-        }
-        if raw.smooth[0] == j || raw.smooth[1] == j {
-            return Ok(());
-        }
-        let distance = element.distance(stretch.middle);
-        if distance >= self.d + stretch.half {
-            return Ok(());
-        }
-        if distance + stretch.half < self.d - self.eps {
-            cover.add(stretch.from, stretch.to);
-            return Ok(());
-        }
-        if let (Shape::Line { direction }, Shape::Line { direction: other }) = (raw.curve.shape, element.shape) {
-            return self.cover_line_by_line(raw, direction, j, other, cover);
-        }
-        self.candidates(raw, element, cover);
-        cover.candidates.sort_by(f64::total_cmp);
-        let mut from = cover.low;
-        let end = cover.high;
-        let candidates = std::mem::take(&mut cover.candidates);
-        let mut result = Ok(());
-        for to in candidates.iter().copied().filter(|t| *t > cover.low && *t < end).chain([end]).collect::<Vec<_>>() {
-            if to > from {
-                let middle = raw.curve.at(0.5 * (from + to));
-                let depth = self.d - element.distance(middle);
-                if depth > self.eps {
-                    cover.add(from, to);
-                } else if !own && depth >= -self.eps && self.long((to - from) * raw.curve.rate()) {
-                    // Of its own corner a piece is at this distance everywhere.
-                    result = Err(Trouble { at: middle });
-                }
-            }
-            from = to;
-        }
-        cover.candidates = candidates;
-        result
-    }
-
-    /// Whether two curves that agree to rounding over this length lie on each other; a shorter one is a grazing touch.
-    fn long(&self, length: f64) -> bool {
-        length > 20.0 * (self.eps * self.d).sqrt()
-    }
-
-    fn cover_line_by_line(
-        &self,
-        raw: &Raw,
-        direction: Point,
-        j: usize,
-        other: Point,
-        cover: &mut Cover,
-    ) -> Result<(), Trouble> {
-        let (curve, element) = (&raw.curve, &self.boundary.elements[j]);
-        let from_start = curve.start - element.start;
-        // Foot on the element and height above it, both linear in t.
-        let (along, along_rate) = (from_start.dot(&other), direction.dot(&other));
-        let (height, height_rate) = (cross(other, from_start), cross(other, direction));
-        let (mut low, mut high) = (cover.low, cover.high);
-        clip(along, along_rate, 0.0, element.span, &mut low, &mut high);
-        if low < high {
-            if height_rate.abs() * (high - low) < self.eps {
-                let depth = self.d - (height + height_rate * 0.5 * (low + high)).abs();
-                if depth > self.eps {
-                    cover.add(low, high);
-                } else if depth >= -self.eps && self.long(high - low) {
-                    return Err(Trouble { at: curve.at(0.5 * (low + high)) });
-                }
-            } else {
-                clip(height, height_rate, -self.d, self.d, &mut low, &mut high);
-                cover.add(low, high);
-            }
-        }
-        // Each corner is the start of one element. A raw piece is never nearer than `d` to its own corners.
-        if j != self.boundary.around[raw.owner][1] {
-            let b = -from_start.dot(&direction);
-            let h = cross(direction, from_start).abs();
-            let depth = self.d - h;
-            if depth > self.eps {
-                let half = (depth * (self.d + h)).sqrt();
-                cover.add(b - half, b + half);
-            }
-        }
-        Ok(())
-    }
-
-    /// Parameters of the raw piece at which its distance from the element can be `d`.
-    fn candidates(&self, raw: &Raw, element: &Element, cover: &mut Cover) {
-        let out = &mut cover.candidates;
-        out.clear();
-        match element.shape {
-            Shape::Line { direction } => {
-                for side in [self.d, -self.d] {
-                    meet_line(&raw.curve, element.start + element.normal_start * side, direction, out);
-                }
-            }
-            Shape::Arc { centre, radius, .. } => {
-                meet_circle(&raw.curve, centre, radius + self.d, out);
-                meet_circle(&raw.curve, centre, (radius - self.d).abs(), out);
-            }
-        }
-        meet_circle(&raw.curve, element.start, self.d, out);
-        meet_circle(&raw.curve, element.end, self.d, out);
     }
 
     /// Links the parts that stay into closed rings.
@@ -591,116 +340,4 @@ fn tidy(ring: Vec<Element>, shortest: f64) -> Vec<Element> {
         *first = first.with_ends(end, first.end);
     }
     tidy
-}
-
-/// For each part the one that follows it; or which parts have a loose end or start.
-fn link(raw: &[Raw], kept: &[Kept], reach: f64) -> Result<Vec<usize>, Vec<bool>> {
-    let mut next = vec![NONE; kept.len()];
-    let mut taken = vec![false; kept.len()];
-    // Where the raw pieces go on into each other; the kept parts are in the order of the raw pieces.
-    for (k, part) in kept.iter().enumerate() {
-        if !part.whole_end {
-            continue;
-        }
-        let Some(follower) = raw[part.raw].next else { continue };
-        let at = kept.partition_point(|other| other.raw < follower);
-        if let Some(other) = kept.get(at)
-            && other.raw == follower
-            && other.whole_start
-        {
-            next[k] = at;
-            taken[at] = true;
-        }
-    }
-    // The rest by distance, the nearest first; the wider reach is for what no near one was found for.
-    for reach in [1e-3 * reach, reach] {
-        let mut starts: Vec<(f64, usize)> =
-            (0..kept.len()).filter(|&k| !taken[k]).map(|k| (kept[k].curve.start.x, k)).collect();
-        starts.sort_unstable_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
-        let mut pairs = Vec::new();
-        for k in (0..kept.len()).filter(|&k| next[k] == NONE) {
-            let end = kept[k].curve.end;
-            let first = starts.partition_point(|s| s.0 < end.x - reach);
-            let near = starts[first..].iter().take_while(|s| s.0 <= end.x + reach);
-            // A rest that is all within reach would make too many pairs.
-            let gaps = near.map(|s| ((kept[s.1].curve.start - end).norm(), k, s.1)).filter(|pair| pair.0 <= reach);
-            pairs.extend(gaps.take(MOST_NEAR));
-        }
-        pairs.sort_unstable_by(|a, b| a.0.total_cmp(&b.0).then((a.1, a.2).cmp(&(b.1, b.2))));
-        for (_, k, s) in pairs {
-            // A part that ends where it starts is a crumb, not a ring.
-            if next[k] == NONE && !taken[s] && (k != s || kept[k].curve.length() > 4.0 * reach) {
-                next[k] = s;
-                taken[s] = true;
-            }
-        }
-    }
-    if next.contains(&NONE) {
-        return Err((0..kept.len()).map(|k| next[k] == NONE || !taken[k]).collect());
-    }
-    Ok(next)
-}
-
-/// Where `low ≤ a + b t ≤ high`, cut from an interval of `t`.
-fn clip(a: f64, b: f64, low: f64, high: f64, from: &mut f64, to: &mut f64) {
-    if b == 0.0 {
-        if !(a > low && a < high) {
-            *to = *from;
-        }
-        return;
-    }
-    let (x, y) = ((low - a) / b, (high - a) / b);
-    *from = from.max(x.min(y));
-    *to = to.min(x.max(y));
-}
-
-/// Parameters at which a curve meets an infinite line.
-pub(super) fn meet_line(curve: &Element, point: Point, direction: Point, out: &mut Vec<f64>) {
-    match curve.shape {
-        Shape::Line { direction: own } => {
-            let slope = cross(direction, own);
-            out.push(-cross(direction, curve.start - point) / slope);
-        }
-        Shape::Arc { centre, radius, .. } => {
-            let height = cross(direction, centre - point);
-            let square = (radius - height) * (radius + height);
-            if square >= 0.0 {
-                let foot = centre - left(direction) * height;
-                let half = direction * square.sqrt();
-                out.push(curve.parameter(foot + half));
-                out.push(curve.parameter(foot - half));
-            }
-        }
-    }
-}
-
-/// Parameters at which a curve meets a circle.
-pub(super) fn meet_circle(curve: &Element, middle: Point, size: f64, out: &mut Vec<f64>) {
-    match curve.shape {
-        Shape::Line { direction } => {
-            let w = middle - curve.start;
-            let height = cross(direction, w);
-            let square = (size - height) * (size + height);
-            if square >= 0.0 {
-                let (b, half) = (w.dot(&direction), square.sqrt());
-                out.push(b - half);
-                out.push(b + half);
-            }
-        }
-        Shape::Arc { centre, radius, .. } => {
-            let w = middle - centre;
-            let apart = w.norm();
-            if !(apart > 0.0) {
-                return;
-            }
-            let axis = w / apart;
-            let a = 0.5 * (apart + (radius - size) * (radius + size) / apart);
-            let square = (radius - a) * (radius + a);
-            if square >= 0.0 {
-                let half = left(axis) * square.sqrt();
-                out.push(curve.parameter(centre + axis * a + half));
-                out.push(curve.parameter(centre + axis * a - half));
-            }
-        }
-    }
 }

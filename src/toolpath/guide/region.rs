@@ -55,8 +55,8 @@ impl Region {
                 }
             }
         }
-        let mut rings = vec![outer.elements().to_vec()];
-        rings.extend(islands.iter().map(|island| reversed(island.elements())));
+        let mut rings = vec![outer.into_elements()];
+        rings.extend(islands.into_iter().map(|island| reversed(&island.into_elements())));
         Ok(Self { rings })
     }
 

@@ -68,6 +68,11 @@ impl Tree {
         Some((leaf * LEAF).min(self.count)..((leaf + 1) * LEAF).min(self.count))
     }
 
+    /// Whether a node has at most four leaves.
+    pub(super) fn is_small(&self, k: usize) -> bool {
+        4 * k + 3 >= self.first_leaf
+    }
+
     /// The nearest element and its distance, if nearer than `limit`.
     pub(super) fn nearest(&self, elements: &[Element], point: Point, limit: f64) -> Option<(usize, f64)> {
         let mut best = (usize::MAX, limit);
