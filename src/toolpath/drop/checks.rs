@@ -5,7 +5,7 @@ use nalgebra::{Vector2, Vector3};
 use super::bound::Plan;
 use super::nurbs::{NurbsDesign, Piece};
 use crate::path::nurbs::SurfacePoint;
-use crate::toolpath::Cutter;
+use crate::toolpath::{Cutter, DesignSurface};
 
 /// Where a surface is hollowest, seen from above.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -80,7 +80,7 @@ impl NurbsDesign {
             for k in 0..SAMPLES * SAMPLES {
                 let own = Vector2::new(f64::from(k / SAMPLES), f64::from(k % SAMPLES)) / f64::from(SAMPLES - 1);
                 let at = piece.net.parameters(own);
-                if let Some((curvature, _)) = upwards(&self.surface().evaluate(at.x, at.y)) {
+                if let Some((curvature, _)) = self.upwards(at) {
                     places.push((curvature, at, piece.net.size));
                 }
             }
@@ -90,7 +90,7 @@ impl NurbsDesign {
             places.iter().take(CANDIDATES).map(|&(curvature, at, size)| self.improve(curvature, at, size * 0.5));
         let (curvature, at) = improved.reduce(|best, next| if next.0 > best.0 { next } else { best })?;
         let here = self.surface().evaluate(at.x, at.y);
-        let (_, direction) = upwards(&here)?;
+        let (_, direction) = self.upwards(at)?;
         // Flat up to rounding is not hollow.
         (curvature > 1e-9).then(|| Hollow {
             radius_mm: 1.0 / curvature,
@@ -109,7 +109,7 @@ impl NurbsDesign {
                 for (x, (low, high)) in next.iter_mut().zip(domain) {
                     *x = x.max(low).min(high)
                 }
-                (upwards(&self.surface().evaluate(next.x, next.y)).map_or(f64::NEG_INFINITY, |found| found.0), next)
+                (self.upwards(next).map_or(f64::NEG_INFINITY, |found| found.0), next)
             });
             let best = tries.into_iter().fold((curvature, at), |best, next| if next.0 > best.0 { next } else { best });
             if best.0 > curvature {
@@ -148,18 +148,30 @@ impl NurbsDesign {
         other.map(|part| self.fault(&part))
     }
 
+    /// The largest curvature towards the upper side, and its direction; None where the surface stands upright or has no normal.
+    fn upwards(&self, at: Vector2<f64>) -> Option<(f64, Vector3<f64>)> {
+        let here = self.surface().evaluate(at.x, at.y);
+        let normal = here.normal().filter(|normal| normal.z.abs() > 1e-9 && !self.is_degenerate(&here))?;
+        let principal = here.principal_curvatures()?;
+        Some(if normal.z < 0.0 {
+            (-principal.smallest_1_mm, principal.smallest_direction)
+        } else {
+            (principal.largest_1_mm, principal.largest_direction)
+        })
+    }
+
+    /// Whether the area that a parameter step spans is next to none, against what the surface's size would give.
+    fn is_degenerate(&self, here: &SurfacePoint) -> bool {
+        let [(u0, u1), (v0, v1)] = self.surface().domain();
+        let [low, high] = self.bounds_mm();
+        here.du.cross(&here.dv).norm() * (u1 - u0) * (v1 - v0) < 1e-6 * (high - low).norm_squared()
+    }
+
     fn fault(&self, part: &Piece) -> SurfaceFault {
         let parameters = part.net.parameters(Vector2::repeat(0.5));
         let here = self.surface().evaluate(parameters.x, parameters.y);
         let (point_mm, parameters) = (here.point_mm, parameters.into());
-        let area = here.du.cross(&here.dv).norm();
-        let [(u0, u1), (v0, v1)] = self.surface().domain();
-        let [low, high] = self
-            .pieces
-            .iter()
-            .fold(part.bounds, |[low, high], own| [low.inf(&own.bounds[0]), high.sup(&own.bounds[1])]);
-        // Against the area that the whole surface's size would give.
-        if area * (u1 - u0) * (v1 - v0) < 1e-6 * (high - low).norm_squared() {
+        if self.is_degenerate(&here) {
             SurfaceFault::Degenerate { point_mm, parameters }
         } else {
             SurfaceFault::Fold { point_mm, parameters }
@@ -179,16 +191,6 @@ impl NurbsDesign {
             None => Ok(()),
         }
     }
-}
-
-/// The largest curvature towards the upper side, and its direction.
-fn upwards(here: &SurfacePoint) -> Option<(f64, Vector3<f64>)> {
-    let (normal, principal) = (here.normal()?, here.principal_curvatures()?);
-    Some(if normal.z < 0.0 {
-        (-principal.smallest_1_mm, principal.smallest_direction)
-    } else {
-        (principal.largest_1_mm, principal.largest_direction)
-    })
 }
 
 /// The sign of the normal's z all over a part; 0 where that is not certain.

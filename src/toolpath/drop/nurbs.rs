@@ -1,5 +1,7 @@
 //! NURBS surfaces as cutters see them.
 
+use std::collections::VecDeque;
+
 use nalgebra::{Vector2, Vector3};
 
 use super::bound::{Plan, Support};
@@ -121,13 +123,16 @@ impl NurbsDesign {
             return None;
         }
         let profile = Profile::new(cutter);
-        let mut search = Search { profile, axis, best: None, waiting: Vec::new(), parts: 0 };
+        let mut search = Search { profile, axis, best: None, waiting: VecDeque::new(), parts: 0 };
+        // What is not decided waits until all pieces are seen: against the highest place most of it is.
+        let mut open = Vec::new();
         self.tree.descend(&profile, axis, |leaf| {
-            for piece in &self.pieces[leaf] {
-                search.piece(piece);
-            }
+            open.extend(self.pieces[leaf].iter().filter(|piece| !search.decided(piece, 0)));
             search.tip()
         });
+        for piece in open {
+            search.piece(piece);
+        }
         let Best { place, parameters, .. } = search.best?;
         let point = place.jet.point;
         let inwards = profile.inwards(point.xy() - axis);
@@ -149,7 +154,7 @@ struct Search {
     axis: Vector2<f64>,
     best: Option<Best>,
     /// Parts of a piece that are not decided, with their halvings.
-    waiting: Vec<(Piece, usize)>,
+    waiting: VecDeque<(Piece, usize)>,
     parts: usize,
 }
 
@@ -168,7 +173,7 @@ impl Search {
             return;
         }
         self.waiting.extend(piece.halves().map(|half| (half, 1)));
-        while let Some((part, halvings)) = self.waiting.pop() {
+        while let Some((part, halvings)) = self.waiting.pop_front() {
             self.parts += 1;
             if !self.decided(&part, halvings) && halvings < HALVINGS && part.size() > POINT_MM {
                 self.waiting.extend(part.halves().map(|half| (half, halvings + 1)));
