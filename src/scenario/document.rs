@@ -243,18 +243,13 @@ impl Document {
         let mut document = self.editable()?;
         document["name"] = toml_edit::value(name);
         let mut mesh = None;
-        let file = document
-            .get_mut("surface")
-            .and_then(|surface| surface.get_mut("mesh"))
-            .and_then(|mesh| mesh.get_mut("file"));
-        if let Some(item) = file
-            && let Some(file) = item.as_str()
-        {
+        let file = document.get("surface").and_then(|surface| surface.get("mesh")?.get("file")?.as_str());
+        if let Some(file) = file.map(str::to_owned) {
             let mut bytes = Vec::new();
-            self.folder().open(file).and_then(|(mut reader, _)| reader.read_to_end(&mut bytes)).map_err(|error| {
-                self.error(vec![Diagnostic::new(format!("the mesh `{}` cannot be read: {error}", brief(file)))])
+            self.folder().open(&file).and_then(|(mut reader, _)| reader.read_to_end(&mut bytes)).map_err(|error| {
+                self.error(vec![Diagnostic::new(format!("the mesh `{}` cannot be read: {error}", brief(&file)))])
             })?;
-            *item = toml_edit::value(mesh_file);
+            document["surface"]["mesh"]["file"] = toml_edit::value(mesh_file);
             mesh = Some(bytes);
         }
         Ok((document.to_string(), mesh))
