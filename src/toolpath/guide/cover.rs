@@ -247,7 +247,7 @@ impl Offset<'_> {
 
     /// Whether two curves that agree to rounding over this length lie on each other; a shorter one is a grazing touch.
     fn long(&self, length: f64) -> bool {
-        length > 20.0 * (self.eps * self.d).sqrt()
+        length > 20.0 * (self.eps * self.d.max(self.size)).sqrt()
     }
 
     fn cover_line_by_line(
@@ -337,8 +337,8 @@ pub(super) fn meet_line(curve: &Element, point: Point, direction: Point, out: &m
             if square >= 0.0 {
                 let foot = centre - left(direction) * height;
                 let half = direction * square.sqrt();
-                out.push(curve.parameter(foot + half));
-                out.push(curve.parameter(foot - half));
+                let line = |q: Point| (cross(direction, q - point), left(direction));
+                out.extend([half, -half].map(|side| curve.parameter(polished(foot + side, centre, radius, line))));
             }
         }
     }
@@ -353,8 +353,8 @@ pub(super) fn meet_circle(curve: &Element, middle: Point, size: f64, out: &mut V
             let square = (size - height) * (size + height);
             if square >= 0.0 {
                 let (b, half) = (w.dot(&direction), square.sqrt());
-                out.push(b - half);
-                out.push(b + half);
+                let line = |q: Point| (cross(direction, q - curve.start), left(direction));
+                out.extend([b - half, b + half].map(|t| curve.parameter(polished(curve.at(t), middle, size, line))));
             }
         }
         Shape::Arc { centre, radius, .. } => {
@@ -368,9 +368,32 @@ pub(super) fn meet_circle(curve: &Element, middle: Point, size: f64, out: &mut V
             let square = (radius - a) * (radius + a);
             if square >= 0.0 {
                 let half = left(axis) * square.sqrt();
-                out.push(curve.parameter(centre + axis * a + half));
-                out.push(curve.parameter(centre + axis * a - half));
+                let own = |q: Point| from_circle(q, centre, radius);
+                let foot = centre + axis * a;
+                out.extend([half, -half].map(|side| curve.parameter(polished(foot + side, middle, size, own))));
             }
         }
     }
+}
+
+/// How far a point is outside of a circle, and the direction in which that grows.
+fn from_circle(point: Point, centre: Point, radius: f64) -> (f64, Point) {
+    let w = point - centre;
+    let distance = w.norm();
+    (distance - radius, w / distance)
+}
+
+/// The point near `point` at which a circle meets another curve, by Newton's method: the closed forms lose the digits by which a
+/// radius is larger than the figure.
+fn polished(mut point: Point, centre: Point, radius: f64, other: impl Fn(Point) -> (f64, Point)) -> Point {
+    for _ in 0..2 {
+        let ((f, a), (g, b)) = (from_circle(point, centre, radius), other(point));
+        let slope = cross(a, b);
+        // Where they only touch there is nothing to be gained.
+        if !(slope.abs() > 1e-5) {
+            break;
+        }
+        point += Point::new(g * a.y - f * b.y, f * b.x - g * a.x) / slope;
+    }
+    point
 }

@@ -100,6 +100,14 @@ impl Element {
         }
     }
 
+    /// Radius of an arc, 0 for a line.
+    pub(super) fn radius(&self) -> f64 {
+        match self.shape {
+            Shape::Line { .. } => 0.0,
+            Shape::Arc { radius, .. } => radius,
+        }
+    }
+
     /// Millimetres a unit of the parameter.
     pub(super) fn rate(&self) -> f64 {
         match self.shape {

@@ -28,15 +28,16 @@ pub(super) fn inset(rings: &[&[Element]], d: f64, inherited: f64) -> Result<Vec<
         return Ok(Vec::new());
     }
     let boundary = Boundary::new(rings);
-    let eps = rounding(&bounds).max(inherited);
+    let widest = boundary.elements.iter().map(Element::radius).fold(0.0, f64::max);
+    let eps = rounding(&bounds).max(inherited).max(4e-16 * widest);
     let mut further = 0.0;
     for attempt in 0..ATTEMPTS {
-        match (Offset { boundary: &boundary, d: d + further, eps }).areas() {
+        match (Offset { boundary: &boundary, d: d + further, eps, size: bounds.diagonal() }).areas() {
             Ok(areas) => return Ok(areas),
             Err(found) => trouble = found,
         }
-        // 2e-10 mm in a region of 100 mm at first.
-        further = 200.0 * eps * f64::from(1_u32 << attempt) * (1.0 + 0.1 * f64::from(attempt));
+        // In a region of 100 mm by 3e-10 mm, and 3e-9 mm at last.
+        further = 60.0 * eps * f64::from(attempt + 1);
     }
     Err(trouble)
 }
@@ -97,7 +98,10 @@ pub(super) struct Kept {
 pub(super) struct Offset<'a> {
     pub(super) boundary: &'a Boundary,
     pub(super) d: f64,
+    /// What rounding does \[mm\].
     pub(super) eps: f64,
+    /// Size of the boundary.
+    pub(super) size: f64,
 }
 
 impl Offset<'_> {
