@@ -36,8 +36,8 @@ pub(super) fn inset(rings: &[&[Element]], d: f64, inherited: f64) -> Result<Vec<
             Ok(areas) => return Ok(areas),
             Err(found) => trouble = found,
         }
-        // In a region of 100 mm by 3e-10 mm, and 3e-9 mm at last.
-        further = 60.0 * eps * f64::from(attempt + 1);
+        // In a region of 100 mm by 2e-10 mm, and 2e-9 mm at last.
+        further = 30.0 * eps * f64::from(attempt + 1);
     }
     Err(trouble)
 }
