@@ -6,8 +6,8 @@
 //!
 //! ```text
 //! scenario ─▶ path ─▶ feedrate ─▶ interpolator ─▶ servo ─▶ contour ─▶ recording, report
-//!    ▲                                                simulation
-//!   cli
+//!    ▲          ▲                                     simulation
+//!   cli    toolpath, nc ─▶ machining ─────────────────────┘
 //! ```
 //!
 //! | module | what lives there |
@@ -27,9 +27,9 @@
 //! | [`nc`] | NC programs as a stream of blocks: read in every dialect, written in one |
 //! | [`sweep`] | one scenario at many points: grids, samples, shards, tables |
 //! | [`tuning`] | gains that make the contouring error small and keep stability margin, and whether to trust them |
-//! | [`scenario`] | the file as written to checked values, with diagnostics |
-//! | [`toolpath`] | from a surface to tool paths: step-over, B-splines through many points with few control points |
-//! | [`machining`] | the part as machined: the cutter swept along its path, deviation from the design surface |
+//! | [`scenario`] | the files as written (scenarios, parts) to checked values, with diagnostics |
+//! | [`toolpath`] | from a surface to tool paths: cutters and where they rest, step-over, rings, B-splines with few control points, links |
+//! | [`machining`] | where tool paths, programs and the loop meet: programs through the machine, the part that is left, its deviation |
 //! | `cli` | the program (in the binary): one file a subcommand |
 //!
 //! `path`, `feedrate` and `servo` are the ground floor and do not know each other; [`simulation`] is where they meet, and

@@ -172,7 +172,7 @@ fn wrong_programs_are_told_with_their_line() {
     let cases = [
         ("G0 X0 Y0 Z0\nG1 X1 F100\nG1 Q5\n", "wrong.nc:3"),
         ("G0 X0 Y0 Z0\nG1 X1e9 F100\n", "wrong.nc:2"),
-        ("G0 X0 Y0 Z0\nG1 X10\n", "line 2"),
+        ("G0 X0 Y0 Z0\nG1 X10\n", "wrong.nc:2"),
     ];
     for (text, place) in cases {
         fs::write(folder.path().join("wrong.nc"), text).unwrap();

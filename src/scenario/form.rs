@@ -52,7 +52,11 @@ pub(super) static PART: Form = Form {
         &["axes", "y", "plant"],
         &["axes", "z", "plant"],
     ],
-    built_in: &[],
+    built_in: &[
+        ("dome", include_str!("../../scenarios/dome.toml")),
+        ("island", include_str!("../../scenarios/island.toml")),
+        ("patch", include_str!("../../scenarios/patch.toml")),
+    ],
     make_schema: part_file::make_schema,
     schema: LazyLock::new(|| (PART.make_schema)()),
     leaves: LazyLock::new(|| leaves(PART.schema())),

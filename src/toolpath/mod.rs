@@ -1,4 +1,12 @@
-//! Tool paths for a ball-end cutter on three axes: from a surface to few, smooth NURBS blocks.
+//! Tool paths on three axes: from a surface to few, smooth NURBS blocks.
+//!
+//! | step | what does it |
+//! |---|---|
+//! | the surface, as a cutter sees it from above | [`DesignSurface`]; [`mesh`], [`drop`] |
+//! | the region in plan and its insets | [`guide`] |
+//! | the distance from pass to pass | [`stepover`] |
+//! | rings, laid on the surface, linked | [`plan`] |
+//! | few control points through many points | [`fit`] |
 //!
 //! Source: Akbari, Rokhzadi, "NURBS-based tool path generation for high speed machining". Lengths are millimetres.
 
