@@ -1,5 +1,8 @@
 //! Tool paths: what they leave and what they cut is measured here by other means than the planner's.
 
+// Small whole numbers of cells and places.
+#![allow(clippy::cast_possible_truncation, clippy::cast_sign_loss)]
+
 use nalgebra::{Vector2, Vector3};
 use rand_xoshiro::Xoshiro256PlusPlus;
 use rand_xoshiro::rand_core::{Rng, SeedableRng};
@@ -84,9 +87,9 @@ fn bumpy(seed: u64) -> Graph {
     let mut random = Xoshiro256PlusPlus::seed_from_u64(seed);
     let waves: Vec<[f64; 4]> = (0..4)
         .map(|_| {
-            let angle = 6.28 * uniform(&mut random);
+            let angle = std::f64::consts::TAU * uniform(&mut random);
             let k = 0.05 + 0.15 * uniform(&mut random);
-            [k * angle.cos(), k * angle.sin(), 6.28 * uniform(&mut random), 0.03 / (k * k)]
+            [k * angle.cos(), k * angle.sin(), std::f64::consts::TAU * uniform(&mut random), 0.03 / (k * k)]
         })
         .collect();
     Graph::new(move |x, y| {
@@ -196,7 +199,7 @@ fn machined(surface: &Graph, cutter: Cutter, path: &ToolPath, straight: bool, gr
     let first = &path.rings.iter().filter(|ring| ring.level == 0).collect::<Vec<_>>();
     let winds = |at: P2| {
         let mut odd = false;
-        for ring in first.iter() {
+        for ring in first {
             for (i, a) in ring.points_mm.iter().enumerate() {
                 let b = ring.points_mm[(i + 1) % ring.points_mm.len()];
                 odd ^= (a.y <= at.y) != (b.y <= at.y) && a.x + (b.x - a.x) * ((at.y - a.y) / (b.y - a.y)) > at.x;

@@ -1,5 +1,8 @@
 //! The machining check: heights against brute force, scallops and gouges against closed forms.
 
+// Small whole numbers.
+#![allow(clippy::cast_possible_truncation, clippy::cast_sign_loss)]
+
 use std::f64::consts::TAU;
 
 use nalgebra::Vector3;
@@ -314,7 +317,7 @@ fn validates_the_distance_to_a_steep_curved_surface() {
     for off in [0.25, -0.25, 0.01] {
         for share in [0.0, 0.3, 0.6, 0.85] {
             // A point at distance `off` over the place at this share of the radius; a flat cutter cuts the cell there to it.
-            let place = Point::new(share, 0.0, (1.0 - share * share as f64).sqrt()) * (radius + off);
+            let place = Point::new(share, 0.0, (1.0_f64 - share * share).sqrt()) * (radius + off);
             let mut field = HeightField::new([place.x - 0.005, -0.005], [place.x + 0.005, 0.005], 0.01).unwrap();
             let tip = Point::new(place.x, 0.0, place.z);
             field.cut(&Cutter::flat(1.0).unwrap(), tip, tip).unwrap();

@@ -7,7 +7,9 @@ use std::path::{Path, PathBuf};
 use serde::Serialize;
 use servosim::analysis::margins;
 use servosim::limits::{AXIS_NAMES, LimitCheck};
-use servosim::machining::{Inspection, MachinedPart, PartFigures, ProgramError, ProgramFacts, ProgramRun};
+use servosim::machining::{
+    DeviationMap, Inspection, MachinedPart, PartFigures, ProgramError, ProgramFacts, ProgramRun,
+};
 use servosim::nc::{Reader, Reading};
 use servosim::recording::{Facts, Recorder};
 use servosim::scenario::{Document, Part};
@@ -124,22 +126,7 @@ pub(crate) fn run(args: &RunArgs) -> Result<Outcome, CliError> {
         }
         _ => None,
     };
-    let pair = maps.as_ref().map(|(nominal, as_cut)| {
-        let of = |map| PartFigures::of(map, part.options.scallop_mm, part.options.tolerance_mm);
-        let (before, after) = (of(nominal), of(as_cut));
-        let limits = &part.part_limits;
-        let nominal_names = ["nominal_scallop_um", "nominal_gouge_um"];
-        let mut checks = before.check(nominal_names, limits.nominal_scallop_um, limits.nominal_gouge_um);
-        let names = ["as_cut_scallop_um", "as_cut_gouge_um"];
-        checks.extend(after.check(names, limits.as_cut_scallop_um, limits.as_cut_gouge_um));
-        let difference = as_cut.minus(nominal).and_then(|map| map.figures(0.0..=0.0).worst());
-        PartPair {
-            nominal: before,
-            as_cut: after,
-            largest_difference_um: difference.map_or(0.0, |place| place.value_um.abs()),
-            limits: checks,
-        }
-    });
+    let pair = maps.as_ref().map(|(nominal, as_cut)| compared(&part, nominal, as_cut));
     let summary = ProgramSummary { run: &summary, program: of_program(&file, &facts), part: pair };
     match args.format {
         Format::Json => print(&json(&summary)?)?,
@@ -173,9 +160,27 @@ pub(crate) fn run(args: &RunArgs) -> Result<Outcome, CliError> {
     }
     if args.quiet || args.format == Format::Json {
         let run = table::failures(summary.run);
-        note(&[vec![run], broken].concat().join("\n").trim_start().to_owned());
+        note([vec![run], broken].concat().join("\n").trim_start());
     }
     Ok(Outcome::Broken)
+}
+
+/// The part as the program has it beside the part as it is cut.
+fn compared(part: &Part, nominal: &DeviationMap, as_cut: &DeviationMap) -> PartPair {
+    let of = |map| PartFigures::of(map, part.options.scallop_mm, part.options.tolerance_mm);
+    let (before, after) = (of(nominal), of(as_cut));
+    let limits = &part.part_limits;
+    let names = ["nominal_scallop_um", "nominal_gouge_um"];
+    let mut checks = before.check(names, limits.nominal_scallop_um, limits.nominal_gouge_um);
+    let names = ["as_cut_scallop_um", "as_cut_gouge_um"];
+    checks.extend(after.check(names, limits.as_cut_scallop_um, limits.as_cut_gouge_um));
+    let difference = as_cut.minus(nominal).and_then(|map| map.figures(0.0..=0.0).worst());
+    PartPair {
+        nominal: before,
+        as_cut: after,
+        largest_difference_um: difference.map_or(0.0, |place| place.value_um.abs()),
+        limits: checks,
+    }
 }
 
 /// The part that the program belongs to: the one named, or the one beside it; else that of the program itself, which has no more

@@ -25,7 +25,7 @@ The program is OUTPUT/NAME.nc; beside it NAME.part.toml keeps the part as it was
 pub(crate) struct ToolpathArgs {
     /// Part file, or name of a built-in part
     part: String,
-    /// Replace one value of the part, such as toolpath.tolerance_mm=0.01 (may be given again)
+    /// Replace one value of the part, such as toolpath.fit=paper (may be given again)
     #[arg(long = "set", value_name = "KEY=VALUE")]
     set: Vec<String>,
     /// Folder for the program and the plots; made if it is missing

@@ -57,7 +57,8 @@ impl DeviationMap {
     /// The figures; `tolerance_um` is what counts as within it, from the deepest gouge to the highest scallop allowed.
     pub fn figures(&self, tolerance_um: RangeInclusive<f64>) -> DeviationFigures {
         let (mut cells, mut uncut, mut within) = (0_usize, 0_usize, 0_usize);
-        let (mut largest, mut least): (Option<(f32, usize)>, Option<(f32, usize)>) = (None, None);
+        let mut largest: Option<(f32, usize)> = None;
+        let mut least: Option<(f32, usize)> = None;
         let (mut sum, mut squares) = (0.0, 0.0);
         for (row, values) in self.values.chunks(self.columns.max(1)).enumerate() {
             let (mut row_sum, mut row_squares) = (0.0, 0.0);

@@ -103,12 +103,15 @@ fn edge(surface: &NurbsSurface, place: Range<usize>) -> Result<Contour, Diagnost
 
 /// A curve seen from above, run backwards or not; a line where it is one.
 fn in_plan(curve: &NurbsCurve<3>, backwards: bool) -> Result<Option<Piece>, crate::path::NurbsError> {
-    let mut points: Vec<Vector2<f64>> = curve.control_points_mm().iter().map(|p| p.xy()).collect();
+    let mut points: Vec<Vector2<f64>> =
+        curve.control_points_mm().iter().map(|point| Vector2::new(point.x, point.y)).collect();
     let mut weights = curve.weights().map(<[f64]>::to_vec);
     let mut knots = curve.knots().to_vec();
     if backwards {
         points.reverse();
-        weights.iter_mut().for_each(|w| w.reverse());
+        if let Some(weights) = &mut weights {
+            weights.reverse();
+        }
         let (first, last) = (knots[0], knots[knots.len() - 1]);
         knots = knots.iter().rev().map(|u| first + last - u).collect();
     }

@@ -246,7 +246,7 @@ pub(super) struct RawToolpath {
     pub(super) step_over: Option<Spanned<RawStepOver>>,
     /// How the rings are joined. Default: "discrete".
     pub(super) linking: Option<RawLinking>,
-    /// In which order. Default: "outside_in".
+    /// In which order. Default: `"outside_in"`.
     pub(super) order: Option<RawOrder>,
     /// Height of air moves above the highest point, in mm. Default: 5.
     #[schemars(with = "Option<f64>", extend("exclusiveMinimum" = 0))]

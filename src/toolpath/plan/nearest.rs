@@ -6,6 +6,7 @@ use super::ridge::Point;
 const MOST_CELLS: f64 = 400.0;
 
 /// Legs of closed polygons in a grid of square cells.
+#[allow(clippy::struct_field_names)] // that is what they are
 pub(super) struct Legs {
     legs: Vec<[Point; 2]>,
     low: Point,
@@ -57,6 +58,7 @@ impl Legs {
     }
 
     /// The nearest point of the legs and its distance.
+    #[allow(clippy::cast_possible_wrap)] // cells: at most a few hundred
     pub(super) fn nearest(&self, at: Point) -> (Point, f64) {
         let [cx, cy] = self.cell_of(at);
         let mut best = (self.legs[0][0], f64::INFINITY);

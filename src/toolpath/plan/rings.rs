@@ -35,6 +35,7 @@ pub struct PlanRing {
 
 /// All rings and what was found on the way.
 #[derive(Debug)]
+#[allow(clippy::struct_field_names)] // that is what they are
 pub(super) struct Rings {
     pub(super) rings: Vec<PlanRing>,
     /// Least and largest distance between neighbouring rings.

@@ -18,6 +18,7 @@ const CORNER_RAD: f64 = 0.3;
 
 /// What a path is allowed, in shares of the path tolerance.
 #[derive(Debug, Clone, Copy)]
+#[allow(clippy::struct_field_names)] // the unit
 pub(super) struct Budget {
     /// Chords of the points that are laid on the surface.
     pub(super) chord_mm: f64,
