@@ -380,3 +380,38 @@ fn places_that_are_no_numbers_have_no_rest() {
         assert!(design.rest(&cutter, bad, 0.0).is_none() && design.top(0.0, bad).is_none());
     }
 }
+
+#[test]
+fn validates_rests_on_a_dome_against_every_triangle_sampled() {
+    let bytes = include_bytes!("dome.stl");
+    let mesh = Mesh::from_stl(&bytes[..], "dome.stl").unwrap();
+    let surface = MeshSurface::new(&mesh);
+    let cutter = Cutter::ball(4.0).unwrap();
+    let vertices = mesh.vertices_mm();
+    for (x, y) in [(22.6, 13.2), (30.0, 30.0), (12.0, 40.0), (45.3, 20.1), (24.2, 35.5), (21.0, 14.0)] {
+        // Points of every triangle: no rest is below them, and one of them nearly touches.
+        let (mut rest, mut top) = (f64::NEG_INFINITY, f64::NEG_INFINITY);
+        for triangle in mesh.triangles() {
+            let [a, b, c] = triangle.map(|i| vertices[i as usize]);
+            for i in 0..=12 {
+                for j in 0..=12 - i {
+                    let (s, t) = (f64::from(i) / 12.0, f64::from(j) / 12.0);
+                    let q = a + (b - a) * s + (c - a) * t;
+                    let rho = (q.x - x).hypot(q.y - y);
+                    if let Some(profile) = cutter.profile_mm(rho) {
+                        rest = rest.max(q.z - profile);
+                    }
+                    if rho < 0.1 {
+                        top = top.max(q.z);
+                    }
+                }
+            }
+        }
+        let found = surface.rest(&cutter, x, y).unwrap();
+        assert!(found.tip_z_mm >= rest - 1e-9 && found.tip_z_mm < rest + 0.02, "({x}, {y}): {found:?} {rest}");
+        let seen = surface.top(x, y).unwrap();
+        assert!((seen.z_mm - top).abs() < 0.2, "({x}, {y}): {seen:?} {top}");
+        // The tip is on the vertical above the surface, and never in it.
+        assert!(found.tip_z_mm >= seen.z_mm - 1e-9);
+    }
+}

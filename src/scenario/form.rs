@@ -53,7 +53,6 @@ pub(super) static PART: Form = Form {
         &["axes", "z", "plant"],
     ],
     built_in: &[
-        ("dome", include_str!("../../scenarios/dome.toml")),
         ("island", include_str!("../../scenarios/island.toml")),
         ("patch", include_str!("../../scenarios/patch.toml")),
     ],

@@ -98,18 +98,12 @@ pub(super) enum Folder {
     BuiltIn,
 }
 
-/// The files of built-in parts.
-const BUILT_IN_FILES: [(&str, &[u8]); 1] = [("dome.stl", include_bytes!("../../scenarios/dome.stl"))];
-
 impl Folder {
     /// A file to be read, and what messages call it.
     pub(super) fn open(&self, file: &str) -> io::Result<(Box<dyn Read>, String)> {
         match self {
-            Self::BuiltIn => BUILT_IN_FILES
-                .iter()
-                .find(|(name, _)| *name == file)
-                .map(|(name, bytes)| (Box::new(*bytes) as Box<dyn Read>, format!("{name} (built in)")))
-                .ok_or_else(|| io::ErrorKind::NotFound.into()),
+            // No built-in part names a file.
+            Self::BuiltIn => Err(io::ErrorKind::NotFound.into()),
             Self::At(folder) => {
                 let path = folder.join(file);
                 let opened = File::open(&path)?;
