@@ -28,7 +28,7 @@ Nothing is recorded and nothing is plotted. The output does not depend on the nu
 Exits with 3 if a limit is broken or a loop locks up, with 2 if a scenario cannot be used (the
 others run), with 1 if one fails while running.")]
 pub(crate) struct TestArgs {
-    /// Scenario files, names of built-in scenarios, or folders (every *.toml file in them)
+    /// Scenario files, names of built-in scenarios, or folders (every *.toml file in them but parts)
     #[arg(required = true, value_name = "FILE_OR_FOLDER")]
     scenarios: Vec<PathBuf>,
     /// Replace one value of every scenario, such as axes.x.pdff.kpp=120 (may be given again)
@@ -177,7 +177,9 @@ fn scenarios_in(folder: &Path) -> Result<Vec<PathBuf>, CliError> {
     let mut files = Vec::new();
     for entry in std::fs::read_dir(folder).map_err(unreadable)? {
         let file = entry.map_err(unreadable)?.path();
-        if file.extension().is_some_and(|extension| extension == "toml") && !file.is_dir() {
+        // Parts are for `servosim toolpath`; what cannot be read is told of later.
+        let is_part = || Document::read(&file).is_ok_and(|document| document.is_part());
+        if file.extension().is_some_and(|extension| extension == "toml") && !file.is_dir() && !is_part() {
             files.push(file);
         }
     }
