@@ -1,8 +1,8 @@
 """OpenCAMLib's drop cutter beside ours: the same mesh, points and cutters, the same minute.
 
-    python3 -m venv /tmp/ocl && /tmp/ocl/bin/pip install opencamlib
-    SERVOSIM_DROP_HEIGHTS=/tmp/heights.csv cargo bench --bench speed -- drop
-    /tmp/ocl/bin/python tests/drop_opencamlib.py /tmp/heights.csv
+    python3 -m venv venv && venv/bin/pip install opencamlib
+    SERVOSIM_DROP_HEIGHTS=heights.csv cargo bench --bench speed -- drop
+    venv/bin/python tests/drop_opencamlib.py heights.csv
 """
 
 import math
