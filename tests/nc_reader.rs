@@ -474,3 +474,28 @@ fn an_endless_line_is_refused() {
     let first = Reader::new(endless, "endless", Reading::default()).next().unwrap();
     assert!(first.unwrap_err().to_string().contains("line is too long"));
 }
+
+/// Nobody says where the tool is: it does not cut its way there from the origin.
+#[test]
+fn a_program_begins_where_its_first_rapid_motions_put_the_tool() {
+    let ends = |text: &str| -> Vec<([f64; 3], [f64; 3])> {
+        let reader = Reader::new(text.as_bytes(), "part.nc", Reading::default());
+        reader.map(|block| block.unwrap()).map(|block| (block.start_mm, block.end_mm)).collect()
+    };
+    let at = |place: [f64; 3]| (place, place);
+    assert_eq!(ends("G0 X5 Y6 Z7\nG1 X8 F100")[..], [at([5., 6., 7.]), ([5., 6., 7.], [8., 6., 7.])]);
+    // Axis by axis, with what stands between.
+    let text = "(first)\nG0 Z9\nM3\nG4 F1\nG0 X1 Y2\nG1 Z3 F100";
+    let found = ends(text);
+    assert_eq!(found[..found.len() - 1], vec![at([1., 2., 9.]); found.len() - 1][..]);
+    assert_eq!(found.last(), Some(&([1., 2., 9.], [1., 2., 3.])));
+    // An axis that is moved twice before the others have a place.
+    let found = ends("G0 Z9\nG0 Z5\nG0 X1 Y2");
+    assert_eq!(found[..], [at([1., 2., 9.]), ([1., 2., 9.], [1., 2., 5.]), at([1., 2., 5.])]);
+    // A planar program: the third axis is at 0.
+    assert_eq!(ends("G0 X1 Y2\nG1 X3 F100\nG0 Z5")[2], ([3., 2., 0.], [3., 2., 5.]));
+    // Neighbours join, whatever comes first, and an error comes after what is before it.
+    let reader = Reader::new(&b"G0 X1\nG0 X2\nG0 X3 Q9\n"[..], "part.nc", Reading::default());
+    let found: Vec<_> = reader.collect();
+    assert!(found.len() == 3 && found[1].is_ok() && found[2].is_err(), "{found:?}");
+}

@@ -39,6 +39,7 @@ mod codes;
 mod curve;
 mod curve_blocks;
 mod error;
+mod first_place;
 mod fixed;
 mod intervals;
 mod lines;

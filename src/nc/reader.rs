@@ -5,6 +5,7 @@ use std::io::BufRead;
 
 use super::codes::Codes;
 use super::error::SyntaxError;
+use super::first_place::FirstPlace;
 use super::lines::{Advance, Lines};
 use super::sheet::Sheet;
 use super::state::State;
@@ -18,8 +19,8 @@ pub struct Reading {
     /// Whose language it is, where that is known. It only decides what differs: the unit of `G4 P` without a decimal point
     /// (LinuxCNC: s, Fanuc: ms), which is an error where it is not known.
     pub dialect: Option<Dialect>,
-    /// Where the tool is before the program \[mm\]. Where it is not known, rapid motion is taken to begin at the origin, and to
-    /// move an axis at the feed before it has been given a place is an error.
+    /// Where the tool is before the program \[mm\]. Where it is not known, each axis is taken to be where rapid motion first puts
+    /// it (0 where it does not), and to move an axis at the feed before it has been given a place is an error.
     pub start_mm: Option<[f64; 3]>,
     /// Whether blocks that begin with `/` are left out.
     pub skip_deleted: bool,
@@ -42,6 +43,8 @@ pub struct Reader<R> {
     origin: String,
     reading: Reading,
     ready: VecDeque<Block>,
+    first_place: FirstPlace,
+    failed: Option<NcError>,
     over: bool,
     state: State,
 }
@@ -55,6 +58,8 @@ impl<R: BufRead> Reader<R> {
             origin: origin.into(),
             reading,
             ready: VecDeque::new(),
+            first_place: FirstPlace::new(reading.start_mm.is_some()),
+            failed: None,
             over: false,
             state: State::new(reading.start_mm),
         }
@@ -119,16 +124,26 @@ impl<R: BufRead> Iterator for Reader<R> {
 
     fn next(&mut self) -> Option<Self::Item> {
         loop {
-            if let Some(block) = self.ready.pop_front() {
+            if self.first_place.settled()
+                && let Some(block) = self.ready.pop_front()
+            {
                 return Some(Ok(block));
             }
             if self.over {
-                return None;
+                return self.failed.take().map(Err);
             }
             if let Err(error) = self.step() {
                 self.over = true;
                 self.ready.clear();
-                return Some(Err(error));
+                self.failed = Some(error);
+            }
+            if !self.first_place.settled() {
+                for block in self.ready.drain(..) {
+                    self.first_place.hold(block, self.state.known);
+                }
+                if self.first_place.settled() || self.over {
+                    self.ready.extend(self.first_place.settle());
+                }
             }
         }
     }
