@@ -2,6 +2,10 @@
 
 use super::link::Turned;
 use super::ridge::Point;
+use super::shape::corners;
+
+/// Steps shorter than this are left out, in pitches.
+const NEAR: f64 = 0.1;
 
 /// Places of two rings, in order along both, that are near each other: at each the next place of either ring or of both follows,
 /// whichever are nearest.
@@ -60,17 +64,34 @@ pub(super) fn slide(outer: &Turned, inner: &Turned, pitch: f64, most: f64) -> Op
     };
     let (la, lb) = (lengths(&a), lengths(&b));
     let (whole_a, whole_b) = (la[la.len() - 1], lb[lb.len() - 1]);
+    // Where one ring's places lie closer than the other's a pair can be all but the one before it: such steps are noise, and would look
+    // like corners. The corners of the nearer ring stay.
+    let near = NEAR * pitch;
+    let (corners_a, corners_b) = (corners(&a), corners(&b));
     let mut out: Vec<Point> = Vec::with_capacity(pairs.len());
+    let mut kept = 0;
+    let mut before = None;
     for (i, j) in pairs {
         let t = 0.5 * (la[i] / whole_a + lb[j] / whole_b);
         let at = a[i] * (1.0 - t) + b[j] * t;
-        if out.last().is_none_or(|last| (at - last).norm() > 1e-3 * pitch) {
+        let (on_a, place, corners) = if t < 0.5 { (true, i, &corners_a) } else { (false, j, &corners_b) };
+        // A ring waits in its corner while the other goes on.
+        let corner = before != Some((on_a, place)) && corners.binary_search(&place).is_ok();
+        before = Some((on_a, place));
+        while corner && out.len() > kept.max(1) && (at - out[out.len() - 1]).norm() < near {
+            out.pop();
+        }
+        if corner || out.last().is_none_or(|last| (at - last).norm() >= near) {
             out.push(at);
+        }
+        if corner {
+            kept = out.len();
         }
     }
     let end = inner.line[inner.line.len() - 1];
-    if let Some(last) = out.last_mut() {
-        *last = end;
+    while out.len() > 1 && (end - out[out.len() - 1]).norm() < near {
+        out.pop();
     }
+    out.push(end);
     Some(out)
 }

@@ -116,7 +116,7 @@ impl Options {
             tolerance_mm,
             rounding_mm: 1e-3,
             degree: 3,
-            fit: shape::default_method(),
+            fit: Method::Density,
             step: StepForm::default(),
             first_inset_mm: 0.0,
             form: Form::default(),

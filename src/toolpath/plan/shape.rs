@@ -6,7 +6,7 @@ use rayon::prelude::*;
 use super::ridge::{Point, Site};
 use super::{Options, PlanError};
 use crate::path::NurbsCurve;
-use crate::toolpath::fit::{FitOptions, Method, Parametrization, fit};
+use crate::toolpath::fit::{FitOptions, Parametrization, fit};
 
 pub(super) type Place = Vector3<f64>;
 
@@ -15,6 +15,12 @@ const DEEPEST: usize = 12;
 
 /// Change of direction in plan from which on a point is a corner \[rad\].
 const CORNER_RAD: f64 = 0.3;
+
+/// Corners nearer to each other than this along the path are one, in tolerances.
+const LEAST_PIECE: f64 = 4.0;
+
+/// Points nearer to each other than this are one, in tolerances.
+const LEAST_LEG: f64 = 1e-2;
 
 /// What a path is allowed, in shares of the path tolerance.
 #[derive(Debug, Clone, Copy)]
@@ -134,17 +140,21 @@ pub(super) fn curve(
         parametrization: Parametrization::Chord,
         method: options.fit,
     };
+    // A piece no longer than the tolerance is no piece: the curve goes around such corners.
+    let last = points.len() - 1;
     let mut ends = vec![0];
-    ends.extend(corners.iter().copied().filter(|&i| i > 0 && i + 1 < points.len()));
-    ends.push(points.len() - 1);
+    for &corner in corners.iter().filter(|&&i| i > 0 && i < last) {
+        let apart = |end: usize| longer(&points[end.min(corner)..=end.max(corner)], LEAST_PIECE * tolerance);
+        if ends.last().is_none_or(|&before| apart(before)) && apart(last) {
+            ends.push(corner);
+        }
+    }
+    ends.push(last);
     let pieces: Vec<_> = ends
         .par_windows(2)
         .map(|pair| {
-            let points = without_repeats(&points[pair[0]..=pair[1]]);
-            let fitted = fit(&points, &fitting);
-            // Free knots begin where the density's end: both are kept within the tolerance, the former have fewer.
-            let length: f64 = points.windows(2).map(|leg| (leg[1] - leg[0]).norm()).sum();
-            fitted.map(|fitted| (fitted, length))
+            let points = without_repeats(&points[pair[0]..=pair[1]], LEAST_LEG * tolerance);
+            fit(&points, &fitting).map(|fitted| (fitted, length(&points)))
         })
         .collect();
     let degree = options.degree;
@@ -167,18 +177,36 @@ pub(super) fn curve(
     Ok(Fitted { curve, error_mm, corners: ends.len() - 2 })
 }
 
-/// Neighbours that coincide joined, both ends kept.
-fn without_repeats(points: &[Place]) -> Vec<Place> {
+fn length(points: &[Place]) -> f64 {
+    points.windows(2).map(|leg| (leg[1] - leg[0]).norm()).sum()
+}
+
+/// Whether a polyline is longer than this; looks no further than that.
+fn longer(points: &[Place], than: f64) -> bool {
+    let mut sum = 0.0;
+    points.windows(2).any(|leg| {
+        sum += (leg[1] - leg[0]).norm();
+        sum > than
+    })
+}
+
+/// Neighbours nearer than `least` joined, both ends kept.
+fn without_repeats(points: &[Place], least: f64) -> Vec<Place> {
     let mut out: Vec<Place> = Vec::with_capacity(points.len());
     for point in points {
-        if out.last().is_none_or(|last| (point - last).norm() > 1e-7) {
+        if out.last().is_none_or(|last| (point - last).norm() > least) {
             out.push(*point);
         }
     }
-    if let (Some(last), Some(end)) = (out.last_mut(), points.last())
-        && (*last - end).norm() > 0.0
-    {
-        *last = *end;
+    match (out.len(), points.last()) {
+        // All in one place: the two ends.
+        (1, Some(end)) => out.push(*end),
+        (_, Some(end)) => {
+            if let Some(last) = out.last_mut() {
+                *last = *end;
+            }
+        }
+        (_, None) => {}
     }
     out
 }
@@ -206,9 +234,4 @@ pub(super) fn straight(points: &[Place], tolerance: f64) -> Vec<Place> {
         from = good;
     }
     out
-}
-
-/// Whether a fit by this method is one that takes long.
-pub(super) fn default_method() -> Method {
-    Method::Density
 }
