@@ -61,9 +61,9 @@ pub struct Integration {
 }
 
 impl Default for Integration {
-    /// One step, 2e-4 mm/s: twice as fine moves no position by 1 nm (`tests/drive.rs`).
+    /// One step, 1e-4 mm/s: twice as fine moves no position by 1 nm (`tests/drive.rs`).
     fn default() -> Self {
-        Self { substeps: 1, tolerance_mm_s: 2e-4 }
+        Self { substeps: 1, tolerance_mm_s: 1e-4 }
     }
 }
 

@@ -123,6 +123,11 @@ impl Forces {
         }
     }
 
+    /// Straight bristles at rest.
+    pub(super) fn at_rest(&self) -> Bristle {
+        Bristle { z: 0.0, rate: 0.0, curve: self.curve(0.0) }
+    }
+
     /// Friction of a table that slips in a direction, without its viscous part \[N m\].
     #[inline(always)]
     pub(super) fn slipping(&self, direction: f64, speed: f64) -> f64 {
@@ -131,34 +136,51 @@ impl Forces {
 
     /// Friction and bristle of the `LuGre` model at the end of a step.
     ///
-    /// The bristle's equation `z' = ω - a z`, `a = σ0 |ω|/g(ω)`, is linear in `z`: over the step it is solved with the mean speed
-    /// and the fourth-order rational exponential (Padé 1/3) that damps any stiffness. The speed at the end is `foreseen_speed` plus
-    /// `gain` times what the friction is more than `foreseen`: solved with it, so that stiff bristles stay stable.
+    /// The bristle's equation is `z' = a (z_r - z)` with `a = σ0 |ω|/g(ω)` and `z_r = sign(ω) g(ω)/σ0`. Over the step `a` is taken as the mean of
+    /// both ends, `a z_r` as a straight line (where the speed changes its sign: `ω` itself), and the exponential as the rational one
+    /// (Padé 1/3, fourth order) that damps any stiffness. The speed at the end is `foreseen_speed` plus `gain` times what the
+    /// friction is more than `foreseen`: solved with it, so that stiff bristles stay stable.
     #[inline(always)]
     pub(super) fn bristles(
         &self,
-        bristle: f64,
+        bristle: &Bristle,
         from: f64,
         foreseen_speed: f64,
         gain: f64,
         foreseen: f64,
         h: f64,
-    ) -> (f64, f64) {
-        let middle = 0.5 * (from + foreseen_speed);
-        let ratio = self.sigma_0 / self.curve(middle);
-        let x = ratio * middle.abs() * h;
+    ) -> (f64, Bristle) {
+        let curve = self.curve(foreseen_speed);
+        let end = self.sigma_0 * foreseen_speed.abs() / curve;
+        let rate = 0.5 * (bristle.rate + end);
+        let x = rate * h;
         let inverse = 1.0 / (1.0 + x * (0.75 + x * (0.25 + x * (1.0 / 24.0))));
         let stays = (1.0 - 0.25 * x) * inverse;
-        let gains = h * (1.0 + x * (0.25 + x * (1.0 / 24.0))) * inverse;
-        // z1 = old + new ω1, z1' = ω1 - a1 z1.
-        let old = stays.mul_add(bristle, 0.5 * gains * from);
-        let new = 0.5 * gains;
-        let a = ratio * foreseen_speed.abs();
-        let stiff = self.sigma_0 - self.sigma_1 * a;
-        let (constant, slope) = (-stiff * old, -(stiff * new + self.sigma_1));
+        let all = h * (1.0 + x * (0.25 + x * (1.0 / 24.0))) * inverse;
+        let late = h * (0.5 + x * (5.0 / 24.0 + x * (1.0 / 24.0))) * inverse;
+        let (mut first, mut last) = (from, foreseen_speed);
+        if from * foreseen_speed > 0.0 {
+            let towards = rate.copysign(from) / self.sigma_0;
+            (first, last) = (towards * bristle.curve, towards * curve);
+        }
+        // z1 = old + late ω1, z1' = ω1 - end z1.
+        let old = stays * bristle.z + first * (all - late) + (last - foreseen_speed) * late;
+        let stiff = self.sigma_0 - self.sigma_1 * end;
+        let (constant, slope) = (-stiff * old, -(stiff * late + self.sigma_1));
         let speed = (foreseen_speed + gain * (constant - foreseen)) / (1.0 - gain * slope);
-        (slope.mul_add(speed, constant), new.mul_add(speed, old))
+        let z = late.mul_add(speed, old);
+        (slope.mul_add(speed, constant), Bristle { z, rate: end, curve })
     }
+}
+
+/// State of the bristles, with what is known of the curve there.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Bristle {
+    /// Bend \[rad\].
+    z: f64,
+    /// `a` \[1/s\] and `g` \[N m\].
+    rate: f64,
+    curve: f64,
 }
 
 /// `sin(2π t)` and `cos(2π t)`, to 1e-13: the ripple needs them several times a period, and they are the same on every machine.

@@ -13,7 +13,7 @@
 mod forces;
 mod ladder;
 
-use self::forces::{Forces, Rub};
+use self::forces::{Bristle, Forces, Rub};
 use self::ladder::{Column, LANES, LEVELS, Linear, MOTOR, PLACE, Step, TABLE, TORQUE, TWIST, add};
 use super::effects::Effects;
 use super::{AxisParameters, ServoError};
@@ -56,8 +56,8 @@ pub(super) struct Machine {
     stuck: bool,
     /// Direction of motion, ±1.
     direction: f64,
-    /// Bristle of the friction \[rad\].
-    bristle: f64,
+    /// Bristles of the friction.
+    bristle: Bristle,
     /// Table behind a kinematic gap \[rad\].
     follower: f64,
     /// Ripple \[N m\] and its rate \[N m/s\]; friction and force at the table \[N m\] and the rate of their sum.
@@ -75,7 +75,7 @@ struct Trial {
     ripple: [f64; 2],
     friction: f64,
     force: f64,
-    bristle: f64,
+    bristle: Bristle,
     /// How far the prediction missed, in tolerances.
     miss: f64,
     event: bool,
@@ -139,7 +139,7 @@ impl Machine {
             free: gapped,
             stuck: sticks,
             direction: 1.0,
-            bristle: 0.0,
+            bristle: forces.at_rest(),
             follower: 0.0,
             ripple: [0.0; 2],
             friction: 0.0,
@@ -360,12 +360,12 @@ impl Machine {
             trial.force = self.forces.force(end_s, trial.z[PLACE]);
             let gain = step.table[1][TABLE];
             (trial.friction, trial.bristle) = match self.forces.rub {
-                Rub::None => (0.0, 0.0),
-                Rub::Coulomb if self.stuck => (0.0, 0.0),
-                Rub::Coulomb => (self.forces.slipping(self.direction, trial.z[TABLE]), 0.0),
+                Rub::None => (0.0, self.bristle),
+                Rub::Coulomb if self.stuck => (0.0, self.bristle),
+                Rub::Coulomb => (self.forces.slipping(self.direction, trial.z[TABLE]), self.bristle),
                 Rub::LuGre => {
                     let known = foreseen - trial.force;
-                    self.forces.bristles(self.bristle, from, trial.z[TABLE], gain, known, h)
+                    self.forces.bristles(&self.bristle, from, trial.z[TABLE], gain, known, h)
                 }
             };
             let missed = trial.friction + trial.force - foreseen;
