@@ -1,6 +1,7 @@
 //! `cargo bench`: every speed that the project promises, as a ratio against something run beside it in the same minute.
 //!
 //! - the two-axis loop on a given setpoint array, against the same loop in plain C (`cc -O3 -march=native`, where there is one)
+//! - the drive as it is, effect by effect, beside the ideal loop
 //! - batches of runs, against structures of arrays in C; a million gain sets
 //! - the whole step with interpolation and exact contouring error
 //! - recording, against the bare MCAP writer
@@ -14,6 +15,7 @@
 
 mod batch;
 mod c;
+mod drive;
 mod drop;
 mod fit;
 mod guide;
@@ -31,8 +33,9 @@ fn main() {
     let quick = !arguments.iter().any(|argument| argument == "--bench");
     // `cargo bench -- step` runs the benches with that in their name.
     let filters: Vec<&String> = arguments.iter().filter(|argument| !argument.starts_with('-')).collect();
-    let benches: [Bench; 11] = [
+    let benches: [Bench; 12] = [
         ("loop", servo_loop::bench),
+        ("drive", drive::bench),
         ("batch", batch::bench),
         ("step", whole_step::bench),
         ("recording", recording::bench),

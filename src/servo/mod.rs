@@ -16,12 +16,23 @@
 //!
 //! [`AxisLoop`] is generic over [`Lane`](crate::lane::Lane): `f64` for one run, vector registers for a batch of parameters. It is one piece of
 //! code, so that a batch cannot disagree with a run.
+//!
+//! That is the model. [`RealAxis`] is the drive as it is: the same loop with [`effects`] between controller and table, other
+//! [`controller`]s and [`remedies`]. Both are an [`Axis`].
 
 mod axis;
+pub mod controller;
+mod demand;
+pub mod effects;
 mod lockup;
+mod mechanics;
 mod parameters;
+mod real_axis;
+pub mod remedies;
 
 pub(crate) use axis::coasting_s;
 pub use axis::{AxisLoop, AxisSignals};
+pub use demand::{Axis, Demand};
 pub use lockup::{Lockup, LockupKind, LockupWatch};
 pub use parameters::{AxisParameters, Derivative, Drive, LoopSettings, Pdff, Plant, ServoError};
+pub use real_axis::{DriveSignals, RealAxis};

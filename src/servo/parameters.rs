@@ -23,6 +23,16 @@ impl Plant {
             time_constant_s: inertia / viscous_nm_s_rad,
         }
     }
+
+    /// Viscous friction `B = 1/(k_T K)` at the motor \[N m s/rad\], what [`from_mechanics`](Self::from_mechanics) was given.
+    pub fn viscous_nm_s_rad(&self, drive: &Drive) -> f64 {
+        1.0 / (drive.torque_to_voltage_v_nm * self.gain_rad_s_v)
+    }
+
+    /// Inertia `J = τ B` of the whole axis at the motor \[kg m²\].
+    pub fn inertia_kg_m2(&self, drive: &Drive) -> f64 {
+        self.time_constant_s * self.viscous_nm_s_rad(drive)
+    }
 }
 
 /// What lies between the controller's torque and the table: amplifier and ballscrew.
@@ -113,14 +123,14 @@ pub struct ServoError {
 
 /// Largest magnitude of any parameter, and its inverse the smallest of those that are divided by: beyond them the sums and
 /// quotients of the loop could overflow.
-const LARGEST: f64 = 1e9;
+pub(super) const LARGEST: f64 = 1e9;
 
-fn positive(name: &'static str, value: f64) -> Result<(), ServoError> {
+pub(super) fn positive(name: &'static str, value: f64) -> Result<(), ServoError> {
     let needed = "a positive number, from 1e-9 to 1e9";
     if (1.0 / LARGEST..=LARGEST).contains(&value) { Ok(()) } else { Err(ServoError { name, value, needed }) }
 }
 
-fn not_negative(name: &'static str, value: f64) -> Result<(), ServoError> {
+pub(super) fn not_negative(name: &'static str, value: f64) -> Result<(), ServoError> {
     let needed = "zero or a positive finite number, at most 1e9";
     if (0.0..=LARGEST).contains(&value) { Ok(()) } else { Err(ServoError { name, value, needed }) }
 }

@@ -1,0 +1,77 @@
+//! The cascade with feedforward.
+
+use super::{Controller, Measured, PPi, PPiGains, Wanted};
+use crate::servo::parameters::not_negative;
+use crate::servo::{AxisParameters, Demand, ServoError};
+
+/// Gains of [`Cascade`], none negative.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct CascadeGains {
+    /// The cascade without feedforward.
+    pub loops: PPiGains,
+    /// Velocity feedforward `kf` \[rad/mm\]; `1/r_g` is all of it.
+    pub velocity_rad_mm: f64,
+    /// Torque per demanded velocity \[N m s/mm\]; `B/r_g` makes up for the plant's viscous friction.
+    pub viscous_nm_s_mm: f64,
+    /// Torque per demanded acceleration `ka` \[N m s²/mm\]; `J/r_g` is all of it.
+    pub acceleration_nm_s2_mm: f64,
+}
+
+impl CascadeGains {
+    /// All of the feedforward that the model of the axis asks for.
+    pub fn with_feedforward(loops: PPiGains, axis: &AxisParameters) -> Self {
+        let (plant, drive) = (&axis.plant, &axis.drive);
+        Self {
+            loops,
+            velocity_rad_mm: 1.0 / drive.transmission_mm_rad,
+            viscous_nm_s_mm: plant.viscous_nm_s_rad(drive) / drive.transmission_mm_rad,
+            acceleration_nm_s2_mm: plant.inertia_kg_m2(drive) / drive.transmission_mm_rad,
+        }
+    }
+
+    /// Every gain in its range.
+    ///
+    /// # Errors
+    /// Names the first one that is not.
+    pub fn check(&self) -> Result<(), ServoError> {
+        self.loops.check()?;
+        not_negative("velocity_rad_mm", self.velocity_rad_mm)?;
+        not_negative("viscous_nm_s_mm", self.viscous_nm_s_mm)?;
+        not_negative("acceleration_nm_s2_mm", self.acceleration_nm_s2_mm)
+    }
+}
+
+/// P-PI with feedforward: `ω_com = kp (x_com - x) + kf ẋ_com`, `T = kv (ω_com - ω + ki ∫(ω_com - ω)) + b ẋ_com + ka ẍ_com`.
+///
+/// Source: G. Ellis, "Control System Design Guide", 4th edition, sections 17.3 and 8.2.
+#[derive(Debug, Clone, Copy)]
+pub struct Cascade {
+    gains: CascadeGains,
+    loops: PPi,
+}
+
+impl Cascade {
+    /// The controller at rest.
+    ///
+    /// # Errors
+    /// A gain out of its range.
+    pub fn new(gains: &CascadeGains, period_s: f64) -> Result<Self, ServoError> {
+        gains.check()?;
+        Ok(Self { gains: *gains, loops: PPi::new(&gains.loops, period_s)? })
+    }
+}
+
+impl Controller for Cascade {
+    #[inline(always)]
+    fn control(&mut self, demand: &Demand, measured: &Measured) -> Wanted {
+        let mut wanted = self.loops.follow(demand, measured, self.gains.velocity_rad_mm * demand.velocity_mm_s);
+        wanted.torque_nm += self.gains.viscous_nm_s_mm * demand.velocity_mm_s
+            + self.gains.acceleration_nm_s2_mm * demand.acceleration_mm_s2;
+        wanted
+    }
+
+    #[inline(always)]
+    fn settle(&mut self, clipped_nm: f64) {
+        self.loops.settle(clipped_nm);
+    }
+}

@@ -1,0 +1,100 @@
+//! Controllers: from the demand and what is measured of the motion to the torque that is wanted.
+//!
+//! A controller sees positions in mm counted from where the axis started, demand and measurement alike. What it wants may be clamped;
+//! [`Controller::settle`] tells it, so that its integral does not wind up.
+
+mod cascade;
+mod p_pi;
+mod pdff;
+mod pid;
+
+pub use cascade::{Cascade, CascadeGains};
+pub use p_pi::{PPi, PPiGains};
+pub use pdff::PdffController;
+pub use pid::{Pid, PidGains};
+
+use super::demand::Demand;
+
+/// What is measured of an axis at one sample.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct Measured {
+    /// Position from the start \[mm\].
+    pub position_mm: f64,
+    /// Velocity of the motor \[rad/s\].
+    pub velocity_rad_s: f64,
+}
+
+/// What a controller wants at one sample.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct Wanted {
+    /// Velocity command; zero where the controller has none \[rad/s\].
+    pub velocity_command_rad_s: f64,
+    /// Torque of the motor \[N m\].
+    pub torque_nm: f64,
+}
+
+/// A controller of one axis.
+pub trait Controller {
+    /// The torque wanted at this sample.
+    fn control(&mut self, demand: &Demand, measured: &Measured) -> Wanted;
+
+    /// Once after [`control`](Self::control): what the voltage limit took away of the torque \[N m\], with its sign; zero where it got
+    /// what it wanted. The integral is advanced here.
+    fn settle(&mut self, clipped_nm: f64);
+}
+
+/// An integral that waits while it would drive a clamped torque further out.
+#[derive(Debug, Clone, Copy, Default)]
+struct Integral {
+    sum: f64,
+    rate: f64,
+    error: f64,
+}
+
+impl Integral {
+    fn new(rate: f64) -> Self {
+        Self { rate, ..Self::default() }
+    }
+
+    #[inline(always)]
+    fn settle(&mut self, clipped_nm: f64) {
+        if !(clipped_nm * self.error > 0.0) {
+            self.sum = self.rate.mul_add(self.error, self.sum);
+        }
+    }
+}
+
+/// One of the controllers, chosen while the program runs.
+#[derive(Debug, Clone, Copy)]
+pub enum AnyController {
+    /// Pseudo-derivative feedback with feedforward.
+    Pdff(PdffController),
+    /// Position P, velocity PI.
+    PPi(PPi),
+    /// Position PID.
+    Pid(Pid),
+    /// Position P, velocity PI, feedforward of velocity and acceleration.
+    Cascade(Cascade),
+}
+
+impl Controller for AnyController {
+    #[inline(always)]
+    fn control(&mut self, demand: &Demand, measured: &Measured) -> Wanted {
+        match self {
+            Self::Pdff(controller) => controller.control(demand, measured),
+            Self::PPi(controller) => controller.control(demand, measured),
+            Self::Pid(controller) => controller.control(demand, measured),
+            Self::Cascade(controller) => controller.control(demand, measured),
+        }
+    }
+
+    #[inline(always)]
+    fn settle(&mut self, clipped_nm: f64) {
+        match self {
+            Self::Pdff(controller) => controller.settle(clipped_nm),
+            Self::PPi(controller) => controller.settle(clipped_nm),
+            Self::Pid(controller) => controller.settle(clipped_nm),
+            Self::Cascade(controller) => controller.settle(clipped_nm),
+        }
+    }
+}

@@ -1,0 +1,36 @@
+//! The PDFF controller of [`AxisLoop`](crate::servo::AxisLoop), as a controller among others.
+
+use super::{Controller, Integral, Measured, Wanted};
+use crate::servo::{Demand, Pdff};
+
+/// Pseudo-derivative feedback with feedforward: `ω_com = kpp (x_com - x) + kpf ẋ_com`, `T = kpv (kvf ω_com - ω + kiv ∫(ω_com - ω))`.
+#[derive(Debug, Clone, Copy)]
+pub struct PdffController {
+    gains: Pdff,
+    integral: Integral,
+}
+
+impl PdffController {
+    /// The controller at rest. Gains are taken as they are; [`AxisParameters::check`](crate::servo::AxisParameters::check) tells what
+    /// is sensible.
+    pub fn new(gains: &Pdff, period_s: f64) -> Self {
+        Self { gains: *gains, integral: Integral::new(gains.kpv_nm_s_rad * gains.kiv_1_s * period_s) }
+    }
+}
+
+impl Controller for PdffController {
+    #[inline(always)]
+    fn control(&mut self, demand: &Demand, measured: &Measured) -> Wanted {
+        let Pdff { kpp_rad_s_mm, kpv_nm_s_rad, kpf_rad_mm, kvf, .. } = self.gains;
+        let lag = demand.position_mm - measured.position_mm;
+        let command = kpp_rad_s_mm * lag + kpf_rad_mm * demand.velocity_mm_s;
+        self.integral.error = command - measured.velocity_rad_s;
+        let torque_nm = kpv_nm_s_rad * (kvf * command - measured.velocity_rad_s) + self.integral.sum;
+        Wanted { velocity_command_rad_s: command, torque_nm }
+    }
+
+    #[inline(always)]
+    fn settle(&mut self, clipped_nm: f64) {
+        self.integral.settle(clipped_nm);
+    }
+}

@@ -1,0 +1,84 @@
+//! Position PID.
+
+use super::{Controller, Integral, Measured, Wanted};
+use crate::servo::parameters::{not_negative, positive};
+use crate::servo::{Demand, Drive, ServoError};
+
+/// Gains of [`Pid`], none negative.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct PidGains {
+    /// `kp` \[V/mm\].
+    pub proportional_v_mm: f64,
+    /// `ki` \[V/(mm s)\].
+    pub integral_v_mm_s: f64,
+    /// `kd` \[V s/mm\].
+    pub derivative_v_s_mm: f64,
+    /// Corner of the derivative's filter `f` \[Hz\], positive.
+    pub filter_hz: f64,
+}
+
+impl PidGains {
+    /// Every gain in its range.
+    ///
+    /// # Errors
+    /// Names the first one that is not.
+    pub fn check(&self) -> Result<(), ServoError> {
+        not_negative("proportional_v_mm", self.proportional_v_mm)?;
+        not_negative("integral_v_mm_s", self.integral_v_mm_s)?;
+        not_negative("derivative_v_s_mm", self.derivative_v_s_mm)?;
+        positive("filter_hz", self.filter_hz)
+    }
+}
+
+/// `u = kp e + ki ∫e + kd d`, `e = x_com - x`, `d` the backward difference of `e` through a first-order low pass:
+/// `d += (1 - exp(-2π f Δt)) ((e - e_before)/Δt - d)`.
+///
+/// Source: K. J. Åström, T. Hägglund, "Advanced PID Control", sections 3.3 and 13.2.
+#[derive(Debug, Clone, Copy)]
+pub struct Pid {
+    gains: PidGains,
+    nm_v: f64,
+    rate: f64,
+    share: f64,
+    last: f64,
+    derivative: f64,
+    integral: Integral,
+}
+
+impl Pid {
+    /// The controller at rest.
+    ///
+    /// # Errors
+    /// A gain out of its range.
+    pub fn new(gains: &PidGains, drive: &Drive, period_s: f64) -> Result<Self, ServoError> {
+        gains.check()?;
+        Ok(Self {
+            gains: *gains,
+            nm_v: 1.0 / drive.torque_to_voltage_v_nm,
+            rate: 1.0 / period_s,
+            share: -libm::expm1(-2.0 * std::f64::consts::PI * gains.filter_hz * period_s),
+            last: 0.0,
+            derivative: 0.0,
+            integral: Integral::new(gains.integral_v_mm_s * period_s),
+        })
+    }
+}
+
+impl Controller for Pid {
+    #[inline(always)]
+    fn control(&mut self, demand: &Demand, measured: &Measured) -> Wanted {
+        let error = demand.position_mm - measured.position_mm;
+        self.derivative += self.share * ((error - self.last) * self.rate - self.derivative);
+        self.last = error;
+        self.integral.error = error;
+        let voltage = self.gains.proportional_v_mm * error
+            + self.gains.derivative_v_s_mm * self.derivative
+            + self.integral.sum;
+        Wanted { velocity_command_rad_s: 0.0, torque_nm: self.nm_v * voltage }
+    }
+
+    #[inline(always)]
+    fn settle(&mut self, clipped_nm: f64) {
+        self.integral.settle(clipped_nm);
+    }
+}

@@ -1,0 +1,106 @@
+//! Between the control law and the torque: time, resolution, bandwidth, and a model that is not quite right.
+
+use crate::servo::parameters::positive;
+use crate::servo::{Plant, ServoError};
+
+/// Computation delay: the voltage of sample `k` reaches the amplifier at `(k + d) Δt`.
+///
+/// Inside a period the voltage switches once, and the machine is advanced in two parts.
+///
+/// Source: K. J. Åström, B. Wittenmark, "Computer-Controlled Systems", 3rd edition, section 2.3 (delay of a part of a period).
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Delay {
+    /// `d`, whole and broken samples, from 0 to 16.
+    pub samples: f64,
+}
+
+impl Delay {
+    /// Longest delay \[samples\].
+    pub const LONGEST: f64 = 16.0;
+
+    /// The delay in its range.
+    ///
+    /// # Errors
+    /// It is not.
+    pub fn check(&self) -> Result<(), ServoError> {
+        if (0.0..=Self::LONGEST).contains(&self.samples) {
+            return Ok(());
+        }
+        let needed = "from 0 to 16 samples; no drive computes for longer, and no loop would be stable";
+        Err(ServoError { name: "delay (samples)", value: self.samples, needed })
+    }
+}
+
+/// Resolution of the digital-to-analogue converter: the voltage is one of `2ⁿ - 1` steps from limit to limit, zero among them.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Dac {
+    /// `n`, from 2 to 32.
+    pub bits: u32,
+}
+
+impl Dac {
+    /// The bits in their range.
+    ///
+    /// # Errors
+    /// They are not.
+    pub fn check(&self) -> Result<(), ServoError> {
+        if (2..=32).contains(&self.bits) {
+            return Ok(());
+        }
+        Err(ServoError { name: "bits of the DAC", value: f64::from(self.bits), needed: "from 2 to 32" })
+    }
+
+    /// One step \[V\]: `u_max / (2ⁿ⁻¹ - 1)`.
+    pub fn step_v(&self, voltage_limit_v: f64) -> f64 {
+        voltage_limit_v / (libm::scalbn(1.0, self.bits as i32 - 1) - 1.0)
+    }
+}
+
+/// Current loop of the amplifier: the torque follows `T(s) = u(s)/k_T / (1 + s/ω_c)`.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct CurrentLoop {
+    /// Bandwidth `ω_c/2π` \[Hz\], positive.
+    pub bandwidth_hz: f64,
+}
+
+impl CurrentLoop {
+    /// The bandwidth in its range.
+    ///
+    /// # Errors
+    /// It is not.
+    pub fn check(&self) -> Result<(), ServoError> {
+        positive("bandwidth_hz of the current loop", self.bandwidth_hz)
+    }
+}
+
+/// The plant is the model times these factors.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Mismatch {
+    /// Of the gain `K`, positive.
+    pub gain_factor: f64,
+    /// Of the time constant `τ`, positive.
+    pub time_constant_factor: f64,
+}
+
+impl Mismatch {
+    /// The factors in their range.
+    ///
+    /// # Errors
+    /// They are not.
+    pub fn check(&self) -> Result<(), ServoError> {
+        for (name, value) in [("gain_factor", self.gain_factor), ("time_constant_factor", self.time_constant_factor)] {
+            if !(0.01..=100.0).contains(&value) {
+                return Err(ServoError { name, value, needed: "from 0.01 to 100" });
+            }
+        }
+        Ok(())
+    }
+
+    /// The plant that `model` stands for.
+    pub fn plant(&self, model: &Plant) -> Plant {
+        Plant {
+            gain_rad_s_v: model.gain_rad_s_v * self.gain_factor,
+            time_constant_s: model.time_constant_s * self.time_constant_factor,
+        }
+    }
+}

@@ -1,0 +1,205 @@
+//! What the controller is told of the motion: encoder, velocity estimate, noise.
+
+use std::f64::consts::PI;
+
+use crate::optimize::Random;
+use crate::servo::ServoError;
+use crate::servo::parameters::{LARGEST, not_negative, positive};
+
+/// Where the encoder sits.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum EncoderPlace {
+    /// On the motor shaft: it does not see what the screw does.
+    #[default]
+    Motor,
+    /// A scale along the table.
+    Table,
+}
+
+/// How the velocity is told from the counts.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub enum VelocityEstimate {
+    /// An ideal tachometer on the motor.
+    #[default]
+    Tachometer,
+    /// Backward difference of the measured position over one period.
+    Difference,
+    /// The same through a first-order low pass, `v̂ += (1 - exp(-2π f Δt)) (v - v̂)`.
+    LowPass {
+        /// Corner `f` \[Hz\], positive.
+        corner_hz: f64,
+    },
+    /// Tracking observer: `e = x - x̂ - Δt v̂`, `x̂ += Δt v̂ + α e`, `v̂ += β e/Δt`, with `α = 2 ζ ω_o Δt` and `β = (ω_o Δt)²`. Stable while
+    /// `β > 0` and `2 α + β < 4`. It tells the velocity after the correction.
+    ///
+    /// Source: G. Ellis, "Observers in Control Systems", chapter 10; the condition is Jury's for the α-β tracker.
+    Observer {
+        /// `ω_o/2π` \[Hz\], positive.
+        bandwidth_hz: f64,
+        /// `ζ`, positive.
+        damping: f64,
+    },
+}
+
+/// The encoder of an axis.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct Encoder {
+    /// Where it sits.
+    pub place: EncoderPlace,
+    /// One count \[µm at the table\]; 0: as fine as can be. The position is rounded to the nearest count.
+    pub resolution_um: f64,
+    /// How the velocity is told from it.
+    pub velocity: VelocityEstimate,
+}
+
+impl Encoder {
+    /// Every parameter in its range, and a stable observer.
+    ///
+    /// # Errors
+    /// Names the first one that is not.
+    pub fn check(&self, period_s: f64) -> Result<(), ServoError> {
+        not_negative("resolution_um", self.resolution_um)?;
+        if self.resolution_um > 0.0 && self.resolution_um < 1e-6 {
+            let needed = "0 (no rounding) or at least 1e-6";
+            return Err(ServoError { name: "resolution_um", value: self.resolution_um, needed });
+        }
+        match self.velocity {
+            VelocityEstimate::Tachometer | VelocityEstimate::Difference => Ok(()),
+            VelocityEstimate::LowPass { corner_hz } => positive("corner_hz of the velocity's low pass", corner_hz),
+            VelocityEstimate::Observer { bandwidth_hz, damping } => {
+                positive("bandwidth_hz of the observer", bandwidth_hz)?;
+                positive("damping of the observer", damping)?;
+                let (alpha, beta) = observer(bandwidth_hz, damping, period_s);
+                if 2.0 * alpha + beta < 4.0 {
+                    return Ok(());
+                }
+                let needed = "lower: the observer is unstable unless 4 ζ w + w² < 4 with w = 2π bandwidth_hz period_s";
+                Err(ServoError { name: "bandwidth_hz of the observer", value: bandwidth_hz, needed })
+            }
+        }
+    }
+}
+
+fn observer(bandwidth_hz: f64, damping: f64, period_s: f64) -> (f64, f64) {
+    let w = 2.0 * PI * bandwidth_hz * period_s;
+    (2.0 * damping * w, w * w)
+}
+
+/// White noise on the measured position, before it is rounded to counts.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Noise {
+    /// Standard deviation \[µm\], not negative.
+    pub rms_um: f64,
+    /// Seed; give each axis its own.
+    pub seed: u64,
+}
+
+impl Noise {
+    /// The deviation in its range.
+    ///
+    /// # Errors
+    /// It is not.
+    pub fn check(&self) -> Result<(), ServoError> {
+        if (0.0..=LARGEST).contains(&self.rms_um) {
+            return Ok(());
+        }
+        Err(ServoError { name: "rms_um of the noise", value: self.rms_um, needed: "zero or positive, at most 1e9" })
+    }
+}
+
+/// The encoder at work. Positions are in mm from the start of the axis but for the counts, which are absolute.
+#[derive(Debug, Clone)]
+pub(in crate::servo) struct Sensor {
+    pub(in crate::servo) place: EncoderPlace,
+    start_mm: f64,
+    count_mm: f64,
+    counts_per_mm: f64,
+    velocity: VelocityEstimate,
+    rate: f64,
+    period_s: f64,
+    low_pass: f64,
+    alpha: f64,
+    beta: f64,
+    to_rad: f64,
+    last_mm: f64,
+    estimate_mm: f64,
+    estimate_mm_s: f64,
+    noise_mm: f64,
+    random: Random,
+}
+
+impl Sensor {
+    pub(in crate::servo) fn new(
+        encoder: &Encoder,
+        noise: Option<&Noise>,
+        transmission_mm_rad: f64,
+        period_s: f64,
+        start_mm: f64,
+    ) -> Self {
+        let (mut low_pass, mut alpha, mut beta) = (1.0, 0.0, 0.0);
+        match encoder.velocity {
+            VelocityEstimate::LowPass { corner_hz } => low_pass = -libm::expm1(-2.0 * PI * corner_hz * period_s),
+            VelocityEstimate::Observer { bandwidth_hz, damping } => {
+                (alpha, beta) = observer(bandwidth_hz, damping, period_s);
+            }
+            VelocityEstimate::Tachometer | VelocityEstimate::Difference => {}
+        }
+        let count_mm = 1e-3 * encoder.resolution_um;
+        let mut sensor = Self {
+            place: encoder.place,
+            start_mm,
+            count_mm,
+            counts_per_mm: if count_mm > 0.0 { 1.0 / count_mm } else { 0.0 },
+            velocity: encoder.velocity,
+            rate: 1.0 / period_s,
+            period_s,
+            low_pass,
+            alpha,
+            beta,
+            to_rad: 1.0 / transmission_mm_rad,
+            last_mm: 0.0,
+            estimate_mm: 0.0,
+            estimate_mm_s: 0.0,
+            noise_mm: 1e-3 * noise.map_or(0.0, |noise| noise.rms_um),
+            random: Random::new(noise.map_or(0, |noise| noise.seed)),
+        };
+        sensor.last_mm = sensor.rounded(0.0);
+        sensor.estimate_mm = sensor.last_mm;
+        sensor
+    }
+
+    #[inline(always)]
+    fn rounded(&self, position_mm: f64) -> f64 {
+        if self.count_mm > 0.0 {
+            // To the nearest, halves to even: one instruction.
+            ((self.start_mm + position_mm) * self.counts_per_mm).round_ties_even() * self.count_mm - self.start_mm
+        } else {
+            position_mm
+        }
+    }
+
+    /// Measured position \[mm from the start\] and velocity \[rad/s\].
+    #[inline(always)]
+    pub(in crate::servo) fn measure(&mut self, position_mm: f64, motor_rad_s: f64) -> (f64, f64) {
+        let noisy = if self.noise_mm > 0.0 { position_mm + self.noise_mm * self.random.normal() } else { position_mm };
+        let measured = self.rounded(noisy);
+        let velocity_mm_s = match self.velocity {
+            VelocityEstimate::Tachometer => return (measured, motor_rad_s),
+            VelocityEstimate::Difference => (measured - self.last_mm) * self.rate,
+            VelocityEstimate::LowPass { .. } => {
+                let raw = (measured - self.last_mm) * self.rate;
+                self.estimate_mm_s += self.low_pass * (raw - self.estimate_mm_s);
+                self.estimate_mm_s
+            }
+            VelocityEstimate::Observer { .. } => {
+                let foreseen = self.estimate_mm + self.period_s * self.estimate_mm_s;
+                let error = measured - foreseen;
+                self.estimate_mm = foreseen + self.alpha * error;
+                self.estimate_mm_s += self.beta * self.rate * error;
+                self.estimate_mm_s
+            }
+        };
+        self.last_mm = measured;
+        (measured, velocity_mm_s * self.to_rad)
+    }
+}

@@ -1,0 +1,110 @@
+//! Friction of guideway and bearings.
+
+use crate::servo::parameters::{LARGEST, not_negative, positive};
+use crate::servo::{Drive, ServoError};
+
+/// Friction with true sticking: Coulomb, Stribeck and viscous.
+///
+/// At rest it holds any torque up to `T_s`; in motion (`ω` the table's speed referred to the motor, `ω_s` the Stribeck speed)
+///
+/// ```text
+/// T_f = sign(ω) (T_c + (T_s - T_c) exp(-(ω/ω_s)²)) + B_f ω
+/// ```
+///
+/// Source: B. Armstrong-Hélouvry, P. Dupont, C. Canudas de Wit, "A survey of models, analysis tools and compensation methods for
+/// the control of machines with friction", Automatica 30, 1994, section 2.1.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Coulomb {
+    /// Coulomb friction `T_c` at the motor \[N m\], positive.
+    pub coulomb_nm: f64,
+    /// Static friction `T_s` \[N m\], at least `T_c`; equal for no Stribeck effect.
+    pub static_nm: f64,
+    /// Stribeck speed of the table `r_g ω_s` \[mm/s\], positive.
+    pub stribeck_mm_s: f64,
+    /// Viscous friction `B_f`, beside the plant's own \[N m s/rad\], not negative.
+    pub viscous_nm_s_rad: f64,
+}
+
+/// Friction as bending bristles (LuGre).
+///
+/// ```text
+/// z' = ω - σ0 |ω| z / g(ω)            g(ω) = T_c + (T_s - T_c) exp(-(ω/ω_s)²)
+/// T_f = σ0 z + σ1 z' + B_f ω
+/// ```
+///
+/// Source: C. Canudas de Wit, H. Olsson, K. J. Åström, P. Lischinsky, "A new model for control of systems with friction", IEEE
+/// Transactions on Automatic Control 40, 1995, equations 2 to 5.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct LuGre {
+    /// `T_c`, `T_s`, `ω_s` and `B_f`.
+    pub curve: Coulomb,
+    /// Stiffness of the bristles `σ0` \[N m/rad\], positive: `T_s/σ0` is how far the table gives before it slides.
+    pub stiffness_nm_rad: f64,
+    /// Damping of the bristles `σ1` \[N m s/rad\], not negative.
+    pub damping_nm_s_rad: f64,
+}
+
+/// One of the models.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Friction {
+    /// Sticks truly.
+    Coulomb(Coulomb),
+    /// Gives a little before it slides.
+    LuGre(LuGre),
+}
+
+impl Coulomb {
+    /// Every parameter in its range: a curve that sticks, and slips under the torque that the drive has.
+    ///
+    /// # Errors
+    /// Names the first parameter that is not.
+    pub fn check(&self, drive: &Drive) -> Result<(), ServoError> {
+        positive("coulomb_nm", self.coulomb_nm)?;
+        not_negative("viscous_nm_s_rad", self.viscous_nm_s_rad)?;
+        positive("stribeck_mm_s", self.stribeck_mm_s)?;
+        if !(self.static_nm >= self.coulomb_nm && self.static_nm <= LARGEST) {
+            let needed = "at least coulomb_nm: an axis that is easier to move at rest than in motion never sticks";
+            return Err(ServoError { name: "static_nm", value: self.static_nm, needed });
+        }
+        if !(self.static_nm < drive.voltage_limit_v / drive.torque_to_voltage_v_nm) {
+            let needed = "below the torque at the voltage limit: the axis would never slip";
+            return Err(ServoError { name: "static_nm", value: self.static_nm, needed });
+        }
+        Ok(())
+    }
+
+    /// Magnitude of the friction at a speed of the table \[mm/s\] without its viscous part \[N m\].
+    pub fn curve_nm(&self, velocity_mm_s: f64) -> f64 {
+        let y = velocity_mm_s / self.stribeck_mm_s;
+        self.coulomb_nm + (self.static_nm - self.coulomb_nm) * bell(y * y)
+    }
+}
+
+/// `exp(-y)`, and zero where it no longer counts.
+#[inline(always)]
+pub(in crate::servo) fn bell(y: f64) -> f64 {
+    if y < 40.0 { libm::exp(-y) } else { 0.0 }
+}
+
+impl Friction {
+    /// The curve of either model.
+    pub fn curve(&self) -> &Coulomb {
+        match self {
+            Self::Coulomb(curve) => curve,
+            Self::LuGre(lugre) => &lugre.curve,
+        }
+    }
+
+    /// Every parameter in its range.
+    ///
+    /// # Errors
+    /// Names the first one that is not.
+    pub fn check(&self, drive: &Drive) -> Result<(), ServoError> {
+        self.curve().check(drive)?;
+        if let Self::LuGre(lugre) = self {
+            positive("stiffness_nm_rad", lugre.stiffness_nm_rad)?;
+            not_negative("damping_nm_s_rad", lugre.damping_nm_s_rad)?;
+        }
+        Ok(())
+    }
+}

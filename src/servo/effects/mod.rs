@@ -1,0 +1,101 @@
+//! What a real drive does beside its linear model: one parameter struct an effect, each off unless given.
+//!
+//! The plant `ω(s)/u(s) = K/(1 + τ s)` is the motion of a body, `J ω' + B ω = u/k_T` with `B = 1/(k_T K)` and `J = τ B`: that is what
+//! gives every torque and force here its meaning. Torques are at the motor shaft, positive where they push forward.
+
+mod disturbance;
+mod electronics;
+mod encoder;
+mod friction;
+mod screw;
+mod table;
+
+use super::{AxisParameters, LoopSettings, Plant, ServoError};
+pub use disturbance::{CuttingForce, Harmonic, TorqueRipple};
+pub use electronics::{CurrentLoop, Dac, Delay, Mismatch};
+pub use encoder::{Encoder, EncoderPlace, Noise, VelocityEstimate};
+pub(in crate::servo) use encoder::Sensor;
+pub(in crate::servo) use friction::bell;
+pub use friction::{Coulomb, Friction, LuGre};
+pub use screw::{Backlash, PitchError, TwoMass};
+pub use table::Table;
+
+/// Everything that can be switched on, for one axis.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct Effects {
+    /// The plant is not what the controller was tuned for.
+    pub mismatch: Option<Mismatch>,
+    /// How position and velocity are measured; none: exactly, at the motor.
+    pub encoder: Option<Encoder>,
+    /// Noise of the measurement.
+    pub noise: Option<Noise>,
+    /// Computation delay, beside the loop's own sample if it has one.
+    pub delay: Option<Delay>,
+    /// Resolution of the voltage.
+    pub dac: Option<Dac>,
+    /// Bandwidth of the current loop; none: the torque follows at once.
+    pub current_loop: Option<CurrentLoop>,
+    /// Flexible ballscrew; none: rigid.
+    pub two_mass: Option<TwoMass>,
+    /// Friction.
+    pub friction: Option<Friction>,
+    /// Backlash.
+    pub backlash: Option<Backlash>,
+    /// Pitch error.
+    pub pitch: Option<PitchError>,
+    /// Torque ripple.
+    pub ripple: Option<TorqueRipple>,
+    /// Cutting force.
+    pub force: Option<CuttingForce>,
+    /// How finely the motion is integrated.
+    pub integration: Integration,
+}
+
+/// How finely the nonlinear parts of the machine are integrated; its linear parts are exact whatever it says.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Integration {
+    /// Steps a control period, at least (events and errors make them shorter).
+    pub substeps: u32,
+    /// A step is halved while the friction it foresaw misses by more than what changes the table's speed by this \[mm/s\].
+    pub tolerance_mm_s: f64,
+}
+
+impl Default for Integration {
+    /// One step, 1e-4 mm/s: twice as fine moves no position by 1 nm (`tests/drive.rs`).
+    fn default() -> Self {
+        Self { substeps: 1, tolerance_mm_s: 1e-4 }
+    }
+}
+
+impl Effects {
+    /// The plant as it is.
+    pub fn plant(&self, plant: &Plant) -> Plant {
+        self.mismatch.map_or(*plant, |mismatch| mismatch.plant(plant))
+    }
+
+    /// Every parameter in its range.
+    ///
+    /// # Errors
+    /// Names the first one that is not.
+    pub fn check(&self, axis: &AxisParameters, settings: &LoopSettings) -> Result<(), ServoError> {
+        let (drive, period_s) = (&axis.drive, settings.period_s);
+        self.mismatch.iter().try_for_each(Mismatch::check)?;
+        let plant = self.plant(&axis.plant);
+        self.encoder.iter().try_for_each(|encoder| encoder.check(period_s))?;
+        self.noise.iter().try_for_each(Noise::check)?;
+        self.delay.iter().try_for_each(Delay::check)?;
+        self.dac.iter().try_for_each(Dac::check)?;
+        self.current_loop.iter().try_for_each(CurrentLoop::check)?;
+        self.two_mass.iter().try_for_each(|two_mass| two_mass.check(&plant, drive, period_s))?;
+        self.friction.iter().try_for_each(|friction| friction.check(drive))?;
+        self.backlash.iter().try_for_each(Backlash::check)?;
+        self.pitch.iter().try_for_each(PitchError::check)?;
+        self.ripple.iter().try_for_each(TorqueRipple::check)?;
+        self.force.iter().try_for_each(CuttingForce::check)?;
+        let Integration { substeps, tolerance_mm_s } = self.integration;
+        if !(1..=1024).contains(&substeps) {
+            return Err(ServoError { name: "substeps", value: f64::from(substeps), needed: "from 1 to 1024" });
+        }
+        super::parameters::positive("tolerance_mm_s", tolerance_mm_s)
+    }
+}

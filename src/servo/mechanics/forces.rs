@@ -1,0 +1,241 @@
+//! The nonlinear torques: friction, ripple, cutting force, at the motor shaft.
+
+use std::f64::consts::{FRAC_1_PI, PI};
+
+use crate::servo::Drive;
+use crate::servo::effects::{CuttingForce, Effects, Friction, Table, bell};
+
+/// Which friction.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Rub {
+    None,
+    Coulomb,
+    LuGre,
+}
+
+/// One harmonic: times a revolution, amplitude \[N m\], phase in turns.
+#[derive(Debug, Clone, Copy)]
+struct Wave {
+    times: f64,
+    amplitude: f64,
+    turns: f64,
+}
+
+/// What the nonlinear torques are computed from.
+#[derive(Debug, Clone)]
+pub(super) struct Forces {
+    pub(super) rub: Rub,
+    pub(super) static_nm: f64,
+    coulomb: f64,
+    /// Static less Coulomb friction.
+    fall: f64,
+    /// Inverse of the Stribeck speed \[s/rad\].
+    stribeck: f64,
+    sigma_0: f64,
+    sigma_1: f64,
+    waves: Vec<Wave>,
+    force: Option<CuttingForce>,
+    near: usize,
+    start_mm: f64,
+    mm_rad: f64,
+    /// Torque at the motor per force \[N m/N\].
+    leverage: f64,
+}
+
+impl Forces {
+    pub(super) fn new(effects: &Effects, drive: &Drive, start_mm: f64) -> Self {
+        let mm_rad = drive.transmission_mm_rad;
+        let start_rad = start_mm / mm_rad;
+        let waves = effects.ripple.iter().flat_map(|ripple| &ripple.harmonics).map(|harmonic| {
+            let times = f64::from(harmonic.per_revolution);
+            let turns = 0.5 * FRAC_1_PI * (times * start_rad + harmonic.phase_rad);
+            Wave { times, amplitude: harmonic.amplitude_nm, turns: turns - turns.floor() }
+        });
+        let curve = effects.friction.map(|friction| *friction.curve());
+        let (sigma_0, sigma_1) = match effects.friction {
+            Some(Friction::LuGre(lugre)) => (lugre.stiffness_nm_rad, lugre.damping_nm_s_rad),
+            _ => (0.0, 0.0),
+        };
+        Self {
+            rub: match effects.friction {
+                None => Rub::None,
+                Some(Friction::Coulomb(_)) => Rub::Coulomb,
+                Some(Friction::LuGre(_)) => Rub::LuGre,
+            },
+            static_nm: curve.map_or(0.0, |curve| curve.static_nm),
+            coulomb: curve.map_or(0.0, |curve| curve.coulomb_nm),
+            fall: curve.map_or(0.0, |curve| curve.static_nm - curve.coulomb_nm),
+            stribeck: curve.map_or(0.0, |curve| mm_rad / curve.stribeck_mm_s),
+            sigma_0,
+            sigma_1,
+            waves: waves.filter(|wave| wave.amplitude > 0.0).collect(),
+            force: effects.force.clone(),
+            near: 0,
+            start_mm,
+            mm_rad,
+            leverage: 1e-3 * mm_rad,
+        }
+    }
+
+    #[inline(always)]
+    pub(super) fn ripples(&self) -> bool {
+        !self.waves.is_empty()
+    }
+
+    #[inline(always)]
+    pub(super) fn acts_on_table(&self) -> bool {
+        self.rub != Rub::None || self.force.is_some()
+    }
+
+    /// Ripple \[N m\] and its rate \[N m/s\] at a motor angle from the start.
+    #[inline(always)]
+    pub(super) fn ripple(&self, angle: f64, speed: f64) -> [f64; 2] {
+        let mut ripple = [0.0; 2];
+        let turns = angle * (0.5 * FRAC_1_PI);
+        for wave in &self.waves {
+            let (sine, cosine) = sine_cosine(wave.times.mul_add(turns, wave.turns));
+            ripple[0] = wave.amplitude.mul_add(sine, ripple[0]);
+            ripple[1] = (wave.amplitude * wave.times).mul_add(cosine, ripple[1]);
+        }
+        ripple[1] *= speed;
+        ripple
+    }
+
+    /// Cutting force as a torque \[N m\].
+    #[inline(always)]
+    pub(super) fn force(&mut self, time_s: f64, place: f64) -> f64 {
+        let (table, x): (&Table, f64) = match &self.force {
+            None => return 0.0,
+            Some(CuttingForce::OverTime(table)) => (table, time_s),
+            Some(CuttingForce::OverPosition(table)) => (table, place.mul_add(self.mm_rad, self.start_mm)),
+        };
+        self.leverage * table.near(x, &mut self.near)
+    }
+
+    /// `g(ω)` \[N m\].
+    #[inline(always)]
+    fn curve(&self, speed: f64) -> f64 {
+        if self.fall > 0.0 {
+            let y = speed * self.stribeck;
+            self.fall.mul_add(bell(y * y), self.coulomb)
+        } else {
+            self.coulomb
+        }
+    }
+
+    /// Straight bristles at rest.
+    pub(super) fn at_rest(&self) -> Bristle {
+        Bristle { z: 0.0, rate: 0.0, curve: self.curve(0.0) }
+    }
+
+    /// Friction of a table that slips in a direction, without its viscous part \[N m\].
+    #[inline(always)]
+    pub(super) fn slipping(&self, direction: f64, speed: f64) -> f64 {
+        -direction * self.curve(speed)
+    }
+
+    /// Friction and bristle of the `LuGre` model at the end of a step.
+    ///
+    /// The bristle's equation is `z' = a (z_r - z)` with `a = σ0 |ω|/g(ω)` and `z_r = sign(ω) g(ω)/σ0`. Over the step `a` is taken as the mean of
+    /// both ends, `a z_r` as a straight line (where the speed changes its sign: `ω` itself), and the exponential as the rational one
+    /// (Padé 1/3, fourth order) that damps any stiffness. The speed at the end is `foreseen_speed` plus `gain` times what the
+    /// friction is more than `foreseen`: solved with it, so that stiff bristles stay stable.
+    #[inline(always)]
+    pub(super) fn bristles(
+        &self,
+        bristle: &Bristle,
+        from: f64,
+        foreseen_speed: f64,
+        gain: f64,
+        foreseen: f64,
+        h: f64,
+    ) -> (f64, Bristle) {
+        let curve = self.curve(foreseen_speed);
+        let end = self.sigma_0 * foreseen_speed.abs() / curve;
+        let rate = 0.5 * (bristle.rate + end);
+        let x = rate * h;
+        let inverse = 1.0 / (1.0 + x * (0.75 + x * (0.25 + x * (1.0 / 24.0))));
+        let stays = (1.0 - 0.25 * x) * inverse;
+        let all = h * (1.0 + x * (0.25 + x * (1.0 / 24.0))) * inverse;
+        let late = h * (0.5 + x * (5.0 / 24.0 + x * (1.0 / 24.0))) * inverse;
+        let (mut first, mut last) = (from, foreseen_speed);
+        if from * foreseen_speed > 0.0 {
+            let towards = rate.copysign(from) / self.sigma_0;
+            (first, last) = (towards * bristle.curve, towards * curve);
+        }
+        // z1 = old + late ω1, z1' = ω1 - end z1.
+        let old = stays * bristle.z + first * (all - late) + (last - foreseen_speed) * late;
+        let stiff = self.sigma_0 - self.sigma_1 * end;
+        let (constant, slope) = (-stiff * old, -(stiff * late + self.sigma_1));
+        let speed = (foreseen_speed + gain * (constant - foreseen)) / (1.0 - gain * slope);
+        let z = late.mul_add(speed, old);
+        (slope.mul_add(speed, constant), Bristle { z, rate: end, curve })
+    }
+}
+
+/// State of the bristles, with what is known of the curve there.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Bristle {
+    /// Bend \[rad\].
+    z: f64,
+    /// `a` \[1/s\] and `g` \[N m\].
+    rate: f64,
+    curve: f64,
+}
+
+/// `sin(2π t)` and `cos(2π t)`, to 1e-13: the ripple needs them several times a period, and they are the same on every machine.
+#[inline(always)]
+fn sine_cosine(turns: f64) -> (f64, f64) {
+    // To a quarter turn on either side of zero; half a turn more changes both signs.
+    let halves = (turns + turns).round_ties_even();
+    let x = 2.0 * PI * (turns - 0.5 * halves);
+    let odd = (halves * 0.5 - (halves * 0.5).floor()) * 4.0;
+    let sign = 1.0 - odd;
+    let y = x * x;
+    const SINE: [f64; 9] = [
+        1.0 / 355687428096000.0,
+        -1.0 / 1307674368000.0,
+        1.0 / 6227020800.0,
+        -1.0 / 39916800.0,
+        1.0 / 362880.0,
+        -1.0 / 5040.0,
+        1.0 / 120.0,
+        -1.0 / 6.0,
+        1.0,
+    ];
+    const COSINE: [f64; 10] = [
+        -1.0 / 6402373705728000.0,
+        1.0 / 20922789888000.0,
+        -1.0 / 87178291200.0,
+        1.0 / 479001600.0,
+        -1.0 / 3628800.0,
+        1.0 / 40320.0,
+        -1.0 / 720.0,
+        1.0 / 24.0,
+        -0.5,
+        1.0,
+    ];
+    let (mut sine, mut cosine) = (SINE[0], COSINE[0]);
+    for c in &SINE[1..] {
+        sine = sine.mul_add(y, *c);
+    }
+    for c in &COSINE[1..] {
+        cosine = cosine.mul_add(y, *c);
+    }
+    (sign * x * sine, sign * cosine)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn validates_sine_and_cosine() {
+        for i in -5000..5000 {
+            let turns = f64::from(i) * 1.234567e-3;
+            let (sine, cosine) = sine_cosine(turns);
+            assert!((sine - libm::sin(2.0 * PI * turns)).abs() < 2e-13, "{turns}");
+            assert!((cosine - libm::cos(2.0 * PI * turns)).abs() < 2e-13, "{turns}");
+        }
+    }
+}

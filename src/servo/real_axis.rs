@@ -1,0 +1,249 @@
+//! One axis as it is: the loop with everything that can be switched on between demand and table.
+
+use super::controller::{AnyController, Controller, Measured, PdffController};
+use super::demand::{Axis, Demand};
+use super::effects::{Effects, EncoderPlace, PitchError, Sensor};
+use super::mechanics::Machine;
+use super::remedies::{Biquad, Compensator, Remedies, ZeroPhase};
+use super::{AxisParameters, AxisSignals, Derivative, LoopSettings, ServoError};
+
+/// Voltages that wait for their time: the longest delay, the loop's own sample and the present one.
+const WAITING: usize = 32;
+
+/// What an axis can tell beside its [`AxisSignals`], at the same sample.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct DriveSignals {
+    /// Position as the controller was told \[mm\].
+    pub measured_mm: f64,
+    /// Velocity as the controller was told \[rad/s\].
+    pub measured_rad_s: f64,
+    /// Where the motor stands, as travel of the table without play, twist and pitch error \[mm\].
+    pub motor_mm: f64,
+    /// Velocity of the table (of the screw, where it is rigid) \[mm/s\].
+    pub table_mm_s: f64,
+    /// Torque of the motor without ripple \[N m\].
+    pub motor_torque_nm: f64,
+    /// Torque ripple \[N m\].
+    pub ripple_nm: f64,
+    /// Friction at the motor shaft, positive where it pushes forward \[N m\]; without the plant's own viscous one.
+    pub friction_nm: f64,
+    /// Cutting force as a torque at the motor shaft \[N m\].
+    pub force_nm: f64,
+    /// Whether the table sticks.
+    pub stuck: bool,
+    /// Whether the table floats in the gap, between two masses.
+    pub in_gap: bool,
+}
+
+/// An axis as it is: demand → prefilter and compensation → controller → filters → voltage limit, converter → delay → current loop →
+/// motor, screw and table with friction, play, ripple and force → encoder.
+///
+/// With every effect off it gives what [`AxisLoop`](super::AxisLoop) gives, to rounding. It begins at rest on its start, the table in the middle
+/// of its gap; a step allocates nothing.
+#[derive(Debug, Clone)]
+pub struct RealAxis<C = AnyController> {
+    controller: C,
+    start_mm: f64,
+    period_s: f64,
+    rate: f64,
+    derivative: Derivative,
+    mm_rad: f64,
+    volt_nm: f64,
+    nm_volt: f64,
+    limit_v: f64,
+    step_v: f64,
+    steps_v: f64,
+    filters: Vec<Biquad>,
+    compensator: Compensator,
+    prefilter: Option<ZeroPhase>,
+    sensor: Sensor,
+    pitch: Option<PitchError>,
+    near: usize,
+    pitch_start_mm: f64,
+    machine: Machine,
+    /// Voltages by sample, in a ring; `late` samples old is what the second part of a period has.
+    waiting: [f64; WAITING],
+    late: usize,
+    applied_v: f64,
+    last_command_mm: f64,
+    k: u64,
+    now: DriveSignals,
+}
+
+impl RealAxis {
+    /// The axis under its PDFF controller.
+    ///
+    /// # Errors
+    /// A parameter out of its range.
+    pub fn pdff(
+        axis: &AxisParameters,
+        effects: &Effects,
+        remedies: &Remedies,
+        settings: &LoopSettings,
+        start_mm: f64,
+    ) -> Result<Self, ServoError> {
+        let controller = AnyController::Pdff(PdffController::new(&axis.pdff, settings.period_s));
+        Self::new(axis, controller, effects, remedies, settings, start_mm)
+    }
+}
+
+impl<C: Controller> RealAxis<C> {
+    /// The axis under a controller, at rest on `start_mm`.
+    ///
+    /// # Errors
+    /// A parameter out of its range.
+    pub fn new(
+        axis: &AxisParameters,
+        controller: C,
+        effects: &Effects,
+        remedies: &Remedies,
+        settings: &LoopSettings,
+        start_mm: f64,
+    ) -> Result<Self, ServoError> {
+        axis.check()?;
+        settings.check()?;
+        effects.check(axis, settings)?;
+        remedies.check(settings)?;
+        if !(start_mm.abs() <= 1e9) {
+            return Err(ServoError { name: "start_mm", value: start_mm, needed: "a finite number, at most 1e9" });
+        }
+        let (drive, period_s) = (&axis.drive, settings.period_s);
+        let delay = effects.delay.map_or(0.0, |delay| delay.samples) + f64::from(u8::from(settings.one_sample_delay));
+        let late = delay.floor();
+        let step_v = effects.dac.map_or(0.0, |dac| dac.step_v(drive.voltage_limit_v));
+        let encoder = effects.encoder.unwrap_or_default();
+        let filters: Result<Vec<_>, _> = remedies.filters.iter().map(|f| Biquad::new(f, period_s)).collect();
+        let mut real = Self {
+            controller,
+            start_mm,
+            period_s,
+            rate: 1.0 / period_s,
+            derivative: settings.derivative,
+            mm_rad: drive.transmission_mm_rad,
+            volt_nm: drive.torque_to_voltage_v_nm,
+            nm_volt: 1.0 / drive.torque_to_voltage_v_nm,
+            limit_v: drive.voltage_limit_v,
+            step_v,
+            steps_v: if step_v > 0.0 { 1.0 / step_v } else { 0.0 },
+            filters: filters?,
+            compensator: Compensator::new(remedies, axis, period_s),
+            prefilter: remedies.zero_phase.clone(),
+            sensor: Sensor::new(&encoder, effects.noise.as_ref(), drive.transmission_mm_rad, period_s, start_mm),
+            pitch: effects.pitch.clone(),
+            near: 0,
+            pitch_start_mm: 0.0,
+            machine: Machine::new(axis, effects, period_s, delay - late, start_mm)?,
+            waiting: [0.0; WAITING],
+            late: late as usize,
+            applied_v: 0.0,
+            last_command_mm: 0.0,
+            k: 0,
+            now: DriveSignals::default(),
+        };
+        // The axis has been homed where it starts: there, its scale and its screw agree.
+        real.pitch_start_mm = real.pitch_mm(0.0);
+        Ok(real)
+    }
+
+    /// The signals beside those that [`step`](Axis::step) gave, of the same sample.
+    pub fn drive_signals(&self) -> &DriveSignals {
+        &self.now
+    }
+
+    /// The pitch error \[mm\] where the screw has taken the table to, from the start.
+    #[inline(always)]
+    fn pitch_mm(&mut self, from_start_mm: f64) -> f64 {
+        match &self.pitch {
+            None => 0.0,
+            Some(pitch) => {
+                1e-3 * pitch.error_um.near(self.start_mm + from_start_mm, &mut self.near) - self.pitch_start_mm
+            }
+        }
+    }
+
+    /// The demand as the controller takes it.
+    #[inline(always)]
+    fn demanded(&mut self, demand: &Demand) -> Demand {
+        let mut demand = Demand { position_mm: demand.position_mm - self.start_mm, ..*demand };
+        let mut backward = self.derivative == Derivative::Backward;
+        if let Some(prefilter) = &mut self.prefilter {
+            demand.position_mm = prefilter.step(demand.position_mm);
+            backward = true;
+        }
+        if backward {
+            demand.velocity_mm_s = (demand.position_mm - self.last_command_mm) * self.rate;
+            self.last_command_mm = demand.position_mm;
+        }
+        if self.compensator.active {
+            self.compensator.compensate(&mut demand, self.start_mm);
+        }
+        demand
+    }
+}
+
+impl<C: Controller> Axis for RealAxis<C> {
+    #[inline(always)]
+    fn step(&mut self, demand: &Demand) -> AxisSignals {
+        // Measure.
+        let motor_rad_s = self.machine.motor_rad_s();
+        let motor_mm = self.mm_rad * self.machine.motor_rad();
+        let nominal_mm = self.mm_rad * self.machine.table_rad();
+        let table_mm = nominal_mm + self.pitch_mm(nominal_mm);
+        let seen_mm = if self.sensor.place == EncoderPlace::Motor { motor_mm } else { table_mm };
+        let (position_mm, velocity_rad_s) = self.sensor.measure(seen_mm, motor_rad_s);
+
+        // Control.
+        let command = self.demanded(demand);
+        let wanted = self.controller.control(&command, &Measured { position_mm, velocity_rad_s });
+        let mut torque_nm = wanted.torque_nm + command.torque_nm;
+        for filter in &mut self.filters {
+            torque_nm = filter.step(torque_nm);
+        }
+        let wanted_v = self.volt_nm * torque_nm;
+        let mut voltage_v = wanted_v;
+        if voltage_v < -self.limit_v {
+            voltage_v = -self.limit_v;
+        }
+        if voltage_v > self.limit_v {
+            voltage_v = self.limit_v;
+        }
+        let saturated = wanted_v != voltage_v;
+        self.controller.settle(self.nm_volt * (wanted_v - voltage_v));
+        if self.step_v > 0.0 {
+            voltage_v = (voltage_v * self.steps_v).round_ties_even() * self.step_v;
+        }
+
+        self.now = DriveSignals {
+            measured_mm: self.start_mm + position_mm,
+            measured_rad_s: velocity_rad_s,
+            motor_mm: self.start_mm + motor_mm,
+            table_mm_s: self.mm_rad * self.machine.table_rad_s(),
+            motor_torque_nm: self.machine.torque(self.applied_v),
+            ripple_nm: self.machine.ripple_nm(),
+            friction_nm: self.machine.friction_nm(self.applied_v),
+            force_nm: self.machine.force_nm(),
+            stuck: self.machine.stuck(),
+            in_gap: self.machine.in_gap(),
+        };
+
+        // Move.
+        let at = (self.k as usize) % WAITING;
+        self.waiting[at] = voltage_v;
+        let before = self.waiting[(at + WAITING - self.late - 1) % WAITING];
+        let after = self.waiting[(at + WAITING - self.late) % WAITING];
+        self.machine.advance(before, after, self.k as f64 * self.period_s);
+        self.applied_v = after;
+        self.k += 1;
+
+        AxisSignals {
+            command_mm: demand.position_mm,
+            actual_mm: self.start_mm + table_mm,
+            velocity_command_rad_s: wanted.velocity_command_rad_s,
+            velocity_rad_s: motor_rad_s,
+            torque_nm,
+            voltage_v,
+            saturated,
+        }
+    }
+}
+
