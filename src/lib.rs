@@ -17,7 +17,7 @@
 //! | [`optimize`] | pattern search, Nelder-Mead, CMA-ES: a function in, the best point and the history out |
 //! | [`feedrate`] | profiles, motion `s(t)` along a length |
 //! | [`interpolator`] | path and motion to a stream of setpoints |
-//! | [`servo`] | plant, PDFF controller, the axis loop, lock-up |
+//! | [`servo`] | plant, PDFF controller, the axis loop, lock-up; the drive as it is: effects, controllers, remedies |
 //! | [`analysis`] | the sampled loop in closed form: margins, sensitivity, poles, bandwidth, step response |
 //! | [`contour`] | contouring error against a path |
 //! | [`simulation`] | pulls setpoints through the axes and hands each period to observers |
@@ -27,6 +27,7 @@
 //! | [`nc`] | NC programs as a stream of blocks: read in every dialect, written in one |
 //! | [`sweep`] | one scenario at many points: grids, samples, shards, tables |
 //! | [`tuning`] | gains that make the contouring error small and keep stability margin, and whether to trust them |
+//! | [`comparison`] | one scenario in many variants: effects one by one, controllers, sets of gains |
 //! | [`scenario`] | the files as written (scenarios, parts) to checked values, with diagnostics |
 //! | [`toolpath`] | from a surface to tool paths: cutters and where they rest, step-over, rings, B-splines with few control points, links |
 //! | [`machining`] | where tool paths, programs and the loop meet: programs through the machine, the part that is left, its deviation |
@@ -36,6 +37,7 @@
 //! everything after it observes it. Lengths are mm, times s, angles rad, voltages V, torques N m; a public name says its unit.
 
 pub mod analysis;
+pub mod comparison;
 pub mod contour;
 mod diagnostics;
 pub mod feedrate;

@@ -108,7 +108,8 @@ pub(crate) fn run(args: &RunArgs) -> Result<Outcome, CliError> {
     if let Some(cut) = &mut cut {
         observers.push(cut);
     }
-    let simulation = ProgramRun::new(open()?, &part.machine).map_err(wrong)?;
+    let drives = Some((&part.drives, part.cross_coupling.as_ref()));
+    let simulation = ProgramRun::with_drives(open()?, &part.machine, drives).map_err(wrong)?;
     let ending = simulation.run(&facts, &part.limits, Some(&stop), &mut observers).map_err(wrong)?;
     progress.finish();
     let summary = figures.summary();

@@ -7,13 +7,12 @@ use super::window::Window;
 use super::{Machine, ProgramError, ProgramFacts};
 use crate::feedrate::{MotionSample, Span};
 use crate::interpolator::{Setpoint, periods};
-use crate::lane::vectorized;
 use crate::limits::Limits;
 use crate::nc::{Block, NcError};
-use crate::servo::AxisLoop;
+use crate::servo::RealDrive;
+use crate::servo::remedies::CrossCouplingGains;
 use crate::simulation::{
-    Desired, Ending, MAX_PERIODS, Observer, Period, Periods, Place, RunPlan, RunTotals, SimulationError, StepAxes,
-    drive,
+    Axes, Desired, Ending, MAX_PERIODS, Observer, Period, Periods, Place, RunPlan, RunTotals, SimulationError, drive,
 };
 
 /// Most motions that are read ahead of the setpoint for the sake of the contouring error alone.
@@ -68,7 +67,7 @@ pub struct ProgramRun<I> {
     machine: Machine,
     stream: Stream<I>,
     window: Window,
-    axes: [AxisLoop; 3],
+    axes: Axes<3>,
     /// The span being run, and whether it is the last one.
     span: Option<Span>,
     last_span: bool,
@@ -89,6 +88,18 @@ impl<I: Iterator<Item = Result<Block, NcError>>> ProgramRun<I> {
     /// # Errors
     /// A machine out of range, or what is wrong with the first blocks of the program (as far as it looks ahead).
     pub fn new(blocks: I, machine: &Machine) -> Result<Self, ProgramError> {
+        Self::with_drives(blocks, machine, None)
+    }
+
+    /// The same with drives as they are.
+    ///
+    /// # Errors
+    /// As [`new`](Self::new); a drive out of range.
+    pub fn with_drives(
+        blocks: I,
+        machine: &Machine,
+        drives: Option<(&[RealDrive; 3], Option<&CrossCouplingGains>)>,
+    ) -> Result<Self, ProgramError> {
         let mut stream = Stream::new(blocks, machine)?;
         let mut window = Window::default();
         if let Some(motion) = stream.pull(&mut |_| {})? {
@@ -98,7 +109,10 @@ impl<I: Iterator<Item = Result<Block, NcError>>> ProgramRun<I> {
             Some((frame, _)) => frame.point_mm,
             None => stream.shapes.position_mm().unwrap_or_default(),
         };
-        let axes = std::array::from_fn(|axis| AxisLoop::new(&machine.axes[axis], &machine.settings, start[axis]));
+        let coupling = drives.and_then(|(_, coupling)| coupling);
+        let drives = drives.map(|(drives, _)| drives);
+        let axes = Axes::new(&machine.axes, drives, coupling, &machine.settings, &start);
+        let axes = axes.map_err(SimulationError::from)?;
         let mut run = Self {
             machine: *machine,
             stream,
@@ -193,7 +207,7 @@ impl<I: Iterator<Item = Result<Block, NcError>>> ProgramRun<I> {
             return Ok(Some(self.resting(k, time_s)));
         };
         let setpoint = Setpoint::of(time_s, &motion, &frame);
-        let axes = vectorized(StepAxes { axes: &mut self.axes, setpoint: &setpoint });
+        let axes = self.axes.step(&setpoint, None);
         let actual_mm = nalgebra::SVector::from_fn(|axis, _| axes[axis].actual_mm);
         let reach = std::f64::consts::PI * (actual_mm - setpoint.position_mm).norm();
         while self.window.ahead_mm(&self.base, s) < reach && self.window.len() < MOST_AHEAD {
@@ -206,6 +220,7 @@ impl<I: Iterator<Item = Result<Block, NcError>>> ProgramRun<I> {
             return Ok(Some(self.resting(k, time_s)));
         };
         self.window.forget(&self.base, s);
+        self.axes.tell_error(|| error.nearest_mm - actual_mm);
         Ok(Some(ProgramPeriod { period: Period::of(k, setpoint, axes, &error), place }))
     }
 
@@ -221,7 +236,7 @@ impl<I: Iterator<Item = Result<Block, NcError>>> ProgramRun<I> {
             curvature_rate_1_mm2: zero,
         };
         let setpoint = Setpoint::of(time_s, &MotionSample::default(), &frame);
-        let axes = vectorized(StepAxes { axes: &mut self.axes, setpoint: &setpoint });
+        let axes = self.axes.step(&setpoint, None);
         let actual_mm = nalgebra::SVector::from_fn(|axis, _| axes[axis].actual_mm);
         let foot = crate::path::Foot { s_mm: 0.0, point_mm: position_mm, tangent: zero };
         let error = crate::contour::ContourError::of(&actual_mm, &foot, (actual_mm - position_mm).norm());

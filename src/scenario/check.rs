@@ -9,7 +9,7 @@ use super::file::{
     RawAxis, RawControl, RawDerivative, RawDrive, RawExponent, RawFeedrate, RawLimits, RawPdff, RawPlant, RawProfile,
     RawScenario,
 };
-use super::{Scenario, check_path};
+use super::{Scenario, check_drive, check_path};
 use crate::feedrate::{FeedrateError, Motion, Profile, optimize_n_c};
 use crate::limits::Limits;
 use crate::optimize::Outcome;
@@ -36,6 +36,12 @@ pub(super) fn scenario(raw: &RawScenario, default_name: &str, source: &str) -> R
     let feedrate = feedrate(&raw.feedrate, length_mm, &mut problems);
     let settings = control(&raw.control, &mut problems);
     let axes = [("x", &raw.axes.x), ("y", &raw.axes.y)].map(|(name, raw)| axis(name, raw, &mut problems));
+    let drives = [("x", &raw.axes.x), ("y", &raw.axes.y)];
+    let drives = std::array::from_fn(|i| {
+        check_drive::drive((drives[i].0, i as u64), drives[i].1, &axes[i], &settings, &mut problems)
+    });
+    let coupling = raw.control.cross_coupling.as_ref();
+    let cross_coupling = coupling.and_then(|raw| check_drive::cross_coupling(raw, &mut problems));
     let limits = limits(&raw.limits, &mut problems);
     let (Some(path), Some((motion, profile, n_c_search)), true) = (path, feedrate, problems.is_empty()) else {
         return Err(problems);
@@ -48,6 +54,8 @@ pub(super) fn scenario(raw: &RawScenario, default_name: &str, source: &str) -> R
         profile,
         n_c_search,
         axes,
+        drives,
+        cross_coupling,
         settings,
         limits,
         source: source.to_owned(),

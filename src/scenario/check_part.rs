@@ -13,7 +13,7 @@ use super::part_file::{
     RawBlocks, RawCutter, RawDialect, RawFit, RawLinking, RawMachine, RawMesh, RawOrder, RawPart, RawPartLimits,
     RawStepOver, RawSurface, RawToolpath, RawUnreachable,
 };
-use super::{check_contour, check_surface};
+use super::{check_contour, check_drive, check_surface};
 use crate::limits::Limits;
 use crate::machining::{Blocks, Feeds, Machine};
 use crate::nc::{Dialect, MAX_DECIMALS};
@@ -267,6 +267,22 @@ pub(super) fn part(raw: &RawPart, default_name: &str, source: &str, folder: &Fol
     let settings = check::control(&raw.control, &mut problems);
     let axes = [("x", &raw.axes.x), ("y", &raw.axes.y), ("z", &raw.axes.z)]
         .map(|(name, raw)| check::axis(name, raw, &mut problems));
+    let raw_axes = [("x", &raw.axes.x), ("y", &raw.axes.y), ("z", &raw.axes.z)];
+    let drives = std::array::from_fn(|i| {
+        let (name, raw) = raw_axes[i];
+        if let Some(zero_phase) = &raw.remedies.zero_phase
+            && *zero_phase.get_ref()
+        {
+            problems.push(
+                Diagnostic::new(format!("axis {name}: zero-phase tracking is there for scenarios, not for programs"))
+                    .at(zero_phase.span())
+                    .help("a program's setpoints are not known in advance; remove `zero_phase`"),
+            );
+        }
+        check_drive::drive((name, i as u64), raw, &axes[i], &settings, &mut problems)
+    });
+    let coupling = raw.control.cross_coupling.as_ref();
+    let cross_coupling = coupling.and_then(|raw| check_drive::cross_coupling(raw, &mut problems));
     let machine = machine(&raw.machine, axes, settings, &mut problems);
     let (limits, part_limits) = limits(&raw.limits, &mut problems);
     let cell_mm = raw.check.cell_mm.as_ref().map_or_else(
@@ -300,6 +316,8 @@ pub(super) fn part(raw: &RawPart, default_name: &str, source: &str, folder: &Fol
         dialect,
         decimals,
         machine,
+        drives,
+        cross_coupling,
         cell_mm,
         limits,
         part_limits,

@@ -8,6 +8,7 @@ use serde::de::{self, Deserializer, Visitor};
 use serde_json::Value;
 use toml::Spanned;
 
+use super::drive_file::{RawController, RawCrossCoupling, RawEffects, RawRemedies};
 use super::numbers::RawPoint;
 
 /// A closed-loop servo simulation: a tool path, how the feed is reached, two axes, and limits to hold the run to.
@@ -227,6 +228,9 @@ pub(super) struct RawControl {
     /// How many samples later the voltage reaches the plant: 0 (default) or 1.
     #[schemars(with = "Option<u8>", range(min = 0, max = 1))]
     pub(super) delay_samples: Option<Spanned<i64>>,
+    /// Cross-coupled contour control beside the controllers of the axes.
+    #[schemars(with = "Option<RawCrossCoupling>")]
+    pub(super) cross_coupling: Option<Spanned<RawCrossCoupling>>,
 }
 
 /// Source of the velocity command.
@@ -260,6 +264,15 @@ pub(super) struct RawAxis {
     pub(super) drive: RawDrive,
     /// Gains of the PDFF controller, none negative.
     pub(super) pdff: RawPdff,
+    /// Another controller instead: exactly one of `p_pi`, `pid` and `cascade`. Default: the PDFF controller.
+    #[schemars(with = "Option<RawController>")]
+    pub(super) controller: Option<Spanned<RawController>>,
+    /// What the drive does that the model leaves out.
+    #[serde(default)]
+    pub(super) effects: RawEffects,
+    /// What is done about it.
+    #[serde(default)]
+    pub(super) remedies: RawRemedies,
 }
 
 /// Motor and mechanics.

@@ -40,11 +40,13 @@
 
 mod check;
 mod check_contour;
+mod check_drive;
 mod check_part;
 mod check_path;
 mod check_surface;
 mod diagnostics;
 mod document;
+mod drive_file;
 mod explain;
 mod file;
 mod form;
@@ -70,7 +72,8 @@ use crate::feedrate::{Motion, Profile};
 use crate::limits::Limits;
 use crate::optimize::Outcome;
 use crate::path::Path;
-use crate::servo::{AxisParameters, LoopSettings};
+use crate::servo::remedies::CrossCouplingGains;
+use crate::servo::{AxisParameters, LoopSettings, RealDrive};
 use crate::simulation::{Course, Observer, Simulation, SimulationError};
 use crate::summary::{Summary, SummaryObserver};
 
@@ -92,6 +95,10 @@ pub struct Scenario {
     pub n_c_search: Option<Outcome>,
     /// The axes, X and Y.
     pub axes: [AxisParameters; 2],
+    /// Their controllers, what their drives do, and what is done about it; by default nothing beside the model.
+    pub drives: [RealDrive; 2],
+    /// Cross-coupled contour control, where there is one.
+    pub cross_coupling: Option<CrossCouplingGains>,
     /// How the loop is sampled.
     pub settings: LoopSettings,
     /// Limits that a run is held to.
@@ -108,6 +115,8 @@ impl fmt::Debug for Scenario {
             .field("feed_mm_s", &self.feed_mm_s)
             .field("profile", &self.profile)
             .field("axes", &self.axes)
+            .field("drives", &self.drives)
+            .field("cross_coupling", &self.cross_coupling)
             .field("settings", &self.settings)
             .field("limits", &self.limits)
             .finish_non_exhaustive()
@@ -157,7 +166,27 @@ impl Scenario {
     /// # Errors
     /// A parameter of the loop out of range, or too long a run.
     pub fn simulation(&self) -> Result<Simulation<'_, 2>, SimulationError> {
-        Simulation::new(&*self.path, &self.motion, self.axes, self.settings)
+        self.simulation_of(self.axes)
+    }
+
+    /// The run with other models and gains of the axes; their drives stay as they are.
+    ///
+    /// # Errors
+    /// As [`Scenario::simulation`].
+    pub fn simulation_of(&self, axes: [AxisParameters; 2]) -> Result<Simulation<'_, 2>, SimulationError> {
+        let coupling = self.cross_coupling.as_ref();
+        Simulation::with_drives(&*self.path, &self.motion, axes, &self.drives, coupling, self.settings)
+    }
+
+    /// Whether the axes are what their models say: plants of first order under PDFF controllers.
+    pub fn is_model(&self) -> bool {
+        self.cross_coupling.is_none() && self.drives.iter().all(RealDrive::is_model)
+    }
+
+    /// The same axes as their models have them.
+    #[must_use]
+    pub fn model(&self) -> Self {
+        Self { drives: Default::default(), cross_coupling: None, ..self.clone() }
     }
 
     /// Setpoints and path geometry for runs with other axes, many at once. What the scenario says of its axes is not in it.

@@ -10,6 +10,8 @@ use super::{Document, ScenarioError};
 use crate::limits::Limits;
 use crate::machining::{Blocks, Feeds, Machine};
 use crate::nc::Dialect;
+use crate::servo::RealDrive;
+use crate::servo::remedies::CrossCouplingGains;
 use crate::toolpath::guide::Region;
 use crate::toolpath::plan::{self, PlanError, ToolPath};
 use crate::toolpath::{Cutter, DesignSurface};
@@ -37,6 +39,10 @@ pub struct Part {
     pub decimals: Option<u8>,
     /// The machine.
     pub machine: Machine,
+    /// The controllers of its axes, what their drives do, and what is done about it.
+    pub drives: [RealDrive; 3],
+    /// Cross-coupled contour control, where there is one.
+    pub cross_coupling: Option<CrossCouplingGains>,
     /// Side of a cell of the machining check \[mm\].
     pub cell_mm: f64,
     /// Limits that a run of the program is held to.

@@ -28,6 +28,7 @@ mod lockup;
 mod mechanics;
 mod parameters;
 mod real_axis;
+mod real_drive;
 pub mod remedies;
 
 pub(crate) use axis::coasting_s;
@@ -36,3 +37,4 @@ pub use demand::{Axis, Demand};
 pub use lockup::{Lockup, LockupKind, LockupWatch};
 pub use parameters::{AxisParameters, Derivative, Drive, LoopSettings, Pdff, Plant, ServoError};
 pub use real_axis::{DriveSignals, RealAxis};
+pub use real_drive::{ControllerGains, ControllerKind, RealDrive};

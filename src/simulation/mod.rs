@@ -4,12 +4,14 @@
 //! pulls it to its end, watches it ([`Event`]s) and hands every period to the [`Observer`]s: the recording, the summary,
 //! or one of your own.
 
+mod axes;
 mod batch;
 mod course;
 mod drive;
 mod monitor;
 mod plan;
 
+use std::collections::VecDeque;
 use std::error::Error;
 use std::sync::atomic::AtomicBool;
 
@@ -18,10 +20,11 @@ use nalgebra::SVector;
 use crate::contour::{ContourError, ContourMeter};
 use crate::feedrate::Motion;
 use crate::interpolator::{Interpolator, Setpoint, periods};
-use crate::lane::{Kernel, vectorized};
 use crate::limits::{Event, Limits};
 use crate::path::Path;
-use crate::servo::{AxisLoop, AxisParameters, AxisSignals, LoopSettings, ServoError};
+use crate::servo::remedies::CrossCouplingGains;
+use crate::servo::{AxisParameters, AxisSignals, DriveSignals, LoopSettings, RealDrive, ServoError};
+pub(crate) use axes::Axes;
 pub use course::{Course, MAX_COURSE_PERIODS, RunFigures};
 pub(crate) use drive::{Periods, drive};
 pub use plan::{Desired, RunPlan, RunTotals};
@@ -179,7 +182,9 @@ pub struct Simulation<'a, const A: usize> {
     parameters: [AxisParameters; A],
     settings: LoopSettings,
     interpolator: Interpolator<'a, A>,
-    axes: [AxisLoop; A],
+    axes: Axes<A>,
+    /// The setpoints from the next one on, where the axes look ahead.
+    coming: Option<VecDeque<Setpoint<A>>>,
     contour: ContourMeter<'a, A>,
     next: u64,
     last: u64,
@@ -196,19 +201,60 @@ impl<'a, const A: usize> Simulation<'a, A> {
         parameters: [AxisParameters; A],
         settings: LoopSettings,
     ) -> Result<Self, SimulationError> {
+        Self::build(path, motion, parameters, None, None, settings)
+    }
+
+    /// The same with drives as they are, and a cross-coupled controller where there is one.
+    ///
+    /// # Errors
+    /// As [`new`](Self::new).
+    pub fn with_drives(
+        path: &'a dyn Path<A>,
+        motion: &Motion,
+        parameters: [AxisParameters; A],
+        drives: &[RealDrive; A],
+        cross_coupling: Option<&CrossCouplingGains>,
+        settings: LoopSettings,
+    ) -> Result<Self, SimulationError> {
+        Self::build(path, motion, parameters, Some(drives), cross_coupling, settings)
+    }
+
+    fn build(
+        path: &'a dyn Path<A>,
+        motion: &Motion,
+        parameters: [AxisParameters; A],
+        drives: Option<&[RealDrive; A]>,
+        cross_coupling: Option<&CrossCouplingGains>,
+        settings: LoopSettings,
+    ) -> Result<Self, SimulationError> {
         settings.check()?;
-        for axis in &parameters {
-            axis.check()?;
-        }
         let mut interpolator = Interpolator::new(path, motion, settings.period_s);
         let last = interpolator.last_sample().saturating_add(periods(settings.settling_s, settings.period_s));
         if last >= MAX_PERIODS {
             return Err(SimulationError::TooLong { periods: last.saturating_add(1), period_s: settings.period_s });
         }
         let start = interpolator.setpoint(0).position_mm;
-        let axes = std::array::from_fn(|axis| AxisLoop::new(&parameters[axis], &settings, start[axis]));
+        let axes = Axes::new(&parameters, drives, cross_coupling, &settings, &start)?;
+        let coming = Some(axes.look_ahead()).filter(|&ahead| ahead > 0).map(|ahead| VecDeque::with_capacity(ahead + 1));
         let contour = ContourMeter::new(path);
-        Ok(Self { path, motion: *motion, parameters, settings, interpolator, axes, contour, next: 0, last })
+        let motion = *motion;
+        Ok(Self { path, motion, parameters, settings, interpolator, axes, coming, contour, next: 0, last })
+    }
+
+    /// The setpoint of sample `k`, the next one.
+    #[inline]
+    fn setpoint(&mut self, k: u64) -> Setpoint<A> {
+        let Some(coming) = &mut self.coming else { return self.interpolator.setpoint(k) };
+        coming.pop_front();
+        while coming.len() <= self.axes.look_ahead() {
+            coming.push_back(self.interpolator.setpoint(k + coming.len() as u64));
+        }
+        coming[0]
+    }
+
+    /// What the drives told at the last period: none where they are what their model says.
+    pub fn drive_signals(&self) -> Option<[DriveSignals; A]> {
+        self.axes.drive_signals()
     }
 
     /// How many periods the whole run has.
@@ -244,27 +290,6 @@ impl<const A: usize> Periods<A> for Simulation<'_, A> {
     }
 }
 
-/// One control period of every axis.
-pub(crate) struct StepAxes<'s, const A: usize> {
-    pub(crate) axes: &'s mut [AxisLoop; A],
-    pub(crate) setpoint: &'s Setpoint<A>,
-}
-
-impl<const A: usize> Kernel for StepAxes<'_, A> {
-    type Output = [AxisSignals; A];
-
-    #[inline(always)]
-    fn run(self) -> [AxisSignals; A] {
-        let Setpoint { position_mm, velocity_mm_s, .. } = self.setpoint;
-        // A plain loop: a closure would not be compiled with this function.
-        let mut signals = [AxisSignals::default(); A];
-        for (axis, signals) in signals.iter_mut().enumerate() {
-            *signals = self.axes[axis].step(position_mm[axis], velocity_mm_s[axis]);
-        }
-        signals
-    }
-}
-
 impl<const A: usize> Iterator for Simulation<'_, A> {
     type Item = Period<A>;
 
@@ -274,10 +299,11 @@ impl<const A: usize> Iterator for Simulation<'_, A> {
         }
         let k = self.next;
         self.next += 1;
-        let setpoint = self.interpolator.setpoint(k);
-        let axes = vectorized(StepAxes { axes: &mut self.axes, setpoint: &setpoint });
+        let setpoint = self.setpoint(k);
+        let axes = self.axes.step(&setpoint, self.coming.as_ref());
         let actual_mm = SVector::from_fn(|axis, _| axes[axis].actual_mm);
         let error = self.contour.measure(&actual_mm, &setpoint.position_mm, setpoint.s_mm);
+        self.axes.tell_error(|| error.nearest_mm - actual_mm);
         Some(Period::of(k, setpoint, axes, &error))
     }
 

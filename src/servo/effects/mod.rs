@@ -7,16 +7,18 @@ mod disturbance;
 mod electronics;
 mod encoder;
 mod friction;
+mod kind;
 mod screw;
 mod table;
 
 use super::{AxisParameters, LoopSettings, Plant, ServoError};
 pub use disturbance::{CuttingForce, Harmonic, TorqueRipple};
 pub use electronics::{CurrentLoop, Dac, Delay, Mismatch};
-pub use encoder::{Encoder, EncoderPlace, Noise, VelocityEstimate};
 pub(in crate::servo) use encoder::Sensor;
+pub use encoder::{Encoder, EncoderPlace, Noise, VelocityEstimate};
 pub(in crate::servo) use friction::bell;
 pub use friction::{Coulomb, Friction, LuGre};
+pub use kind::EffectKind;
 pub use screw::{Backlash, PitchError, TwoMass};
 pub use table::Table;
 

@@ -331,15 +331,8 @@ impl Machine {
             add(&mut z, &step.motor[0], self.ripple[0]);
             add(&mut z, &step.motor[1], self.ripple[1] * h);
         }
-        let mut trial = Trial {
-            z,
-            ripple: [0.0; 2],
-            friction: 0.0,
-            force: 0.0,
-            bristle: self.bristle,
-            miss: 0.0,
-            event: false,
-        };
+        let mut trial =
+            Trial { z, ripple: [0.0; 2], friction: 0.0, force: 0.0, bristle: self.bristle, miss: 0.0, event: false };
         let tabled = self.forces.acts_on_table();
         if tabled {
             add(&mut trial.z, &step.table[0], start);
@@ -390,7 +383,8 @@ impl Machine {
             // There and back within the step: a speed that bends upwards stays above its tangents at both ends.
             if !event && level < FINEST_FOR_ERROR {
                 let falls = self.direction * self.push(&self.z, voltage, self.ripple[0], self.friction + self.force);
-                let rises = self.direction * self.push(&trial.z, voltage, trial.ripple[0], trial.friction + trial.force);
+                let rises =
+                    self.direction * self.push(&trial.z, voltage, trial.ripple[0], trial.friction + trial.force);
                 if falls < 0.0 && rises > 0.0 {
                     let inertia = self.linear.table_inertia.unwrap_or(self.linear.motor_inertia);
                     let (falls, rises) = (falls / inertia, rises / inertia);
@@ -436,8 +430,7 @@ impl Machine {
                 self.stuck = false;
                 self.direction = hold.signum();
             }
-            self.friction =
-                if self.stuck { 0.0 } else { self.forces.slipping(self.direction, self.z[TABLE]) };
+            self.friction = if self.stuck { 0.0 } else { self.forces.slipping(self.direction, self.z[TABLE]) };
         } else if self.turns && self.direction * self.z[TABLE] < 0.0 {
             self.direction = -self.direction;
         }

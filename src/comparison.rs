@@ -1,0 +1,206 @@
+//! One scenario in many variants: its effects one by one and together, under several controllers or sets of gains.
+//!
+//! Rows are what the drives do, columns how they are controlled; a cell is a whole run. Rows: the model alone, each effect alone, all
+//! effects, and all with what the scenario does about them. A scenario without effects has one row.
+
+use rayon::prelude::*;
+use serde::Serialize;
+
+use crate::scenario::Scenario;
+use crate::servo::effects::{EffectKind, Effects};
+use crate::servo::remedies::Remedies;
+use crate::servo::{ControllerGains, ControllerKind, Pdff, RealDrive};
+use crate::simulation::SimulationError;
+use crate::summary::Summary;
+
+/// How the axes are controlled: a column.
+#[derive(Debug, Clone, PartialEq)]
+pub enum Column {
+    /// As the scenario says.
+    Own,
+    /// By a controller of this kind, with the scenario's own gains for it or those of the same loops
+    /// ([`ControllerGains::like`]).
+    Controller(ControllerKind),
+    /// With the PDFF gains of another scenario, X and Y; its name.
+    Gains(String, [Pdff; 2]),
+}
+
+impl Column {
+    /// What stands above it.
+    pub fn name(&self) -> &str {
+        match self {
+            Self::Own => "as it is",
+            Self::Controller(kind) => kind.name(),
+            Self::Gains(name, _) => name,
+        }
+    }
+
+    /// The scenario controlled in this way.
+    #[must_use]
+    pub fn of(&self, scenario: &Scenario) -> Scenario {
+        let mut out = scenario.clone();
+        match self {
+            Self::Own => {}
+            Self::Controller(kind) => {
+                for (drive, axis) in out.drives.iter_mut().zip(&scenario.axes) {
+                    if drive.controller.kind() != *kind {
+                        drive.controller = ControllerGains::like(*kind, axis, &scenario.settings);
+                        // The prefilter undoes the PDFF loop.
+                        drive.zero_phase &= *kind == ControllerKind::Pdff;
+                    }
+                }
+            }
+            Self::Gains(_, pdff) => {
+                for (axis, pdff) in out.axes.iter_mut().zip(pdff) {
+                    axis.pdff = *pdff;
+                }
+            }
+        }
+        out
+    }
+}
+
+/// What the drives do: a row.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Row {
+    /// Nothing that the model does not know.
+    Model,
+    /// One effect alone, nothing done about it.
+    Effect(EffectKind),
+    /// All effects, nothing done about them.
+    AllEffects,
+    /// The scenario as it is.
+    Whole,
+}
+
+impl Row {
+    /// The rows of a scenario.
+    pub fn of_scenario(scenario: &Scenario) -> Vec<Self> {
+        let on = |kind: &EffectKind| scenario.drives.iter().any(|drive| drive.effects.has(*kind));
+        let effects: Vec<EffectKind> = EffectKind::ALL.into_iter().filter(on).collect();
+        let mut rows = vec![Self::Model];
+        rows.extend(effects.iter().copied().map(Self::Effect));
+        if effects.len() > 1 {
+            rows.push(Self::AllEffects);
+        }
+        if helped(scenario) {
+            rows.push(Self::Whole);
+        }
+        rows
+    }
+
+    /// What stands beside it.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Model => "model alone",
+            Self::Effect(kind) => kind.name(),
+            Self::AllEffects => "all effects",
+            Self::Whole => "with remedies",
+        }
+    }
+
+    /// The scenario with these effects; its controllers stay.
+    #[must_use]
+    pub fn of(self, scenario: &Scenario) -> Scenario {
+        let mut out = scenario.clone();
+        if self == Self::Whole {
+            return out;
+        }
+        out.cross_coupling = None;
+        for drive in &mut out.drives {
+            let effects = match self {
+                Self::Model => Effects::default(),
+                Self::Effect(kind) => drive.effects.only(kind),
+                Self::AllEffects | Self::Whole => drive.effects.clone(),
+            };
+            *drive = RealDrive { controller: drive.controller, effects, ..RealDrive::default() };
+        }
+        out
+    }
+}
+
+/// Whether something is done about the effects.
+fn helped(scenario: &Scenario) -> bool {
+    let helped = |drive: &RealDrive| drive.remedies != Remedies::default() || drive.zero_phase;
+    scenario.cross_coupling.is_some() || scenario.drives.iter().any(helped)
+}
+
+/// What a run came to.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+pub struct Cell {
+    /// Largest contouring error.
+    pub max_contour_error_um: f64,
+    /// Its root mean square.
+    pub rms_contour_error_um: f64,
+    /// Largest tracking error.
+    pub max_tracking_error_um: f64,
+    /// Largest voltage of any axis.
+    pub peak_voltage_v: f64,
+    /// Whether an axis locked up.
+    pub locked_up: bool,
+    /// Whether every limit of the scenario is kept, and no axis locked up.
+    pub passed: bool,
+}
+
+impl From<&Summary> for Cell {
+    fn from(summary: &Summary) -> Self {
+        Self {
+            max_contour_error_um: summary.max_contour_error_um,
+            rms_contour_error_um: summary.rms_contour_error_um,
+            max_tracking_error_um: summary.max_tracking_error_um,
+            peak_voltage_v: summary.peak_voltage_v,
+            locked_up: summary.locked_up,
+            passed: summary.passed(),
+        }
+    }
+}
+
+/// A line of the table.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Line {
+    /// What the drives do.
+    pub drives: String,
+    /// One run a column; null where the loop diverged.
+    pub runs: Vec<Option<Cell>>,
+}
+
+/// A table of runs.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Comparison {
+    /// Name of the scenario.
+    pub scenario: String,
+    /// How the axes are controlled.
+    pub columns: Vec<String>,
+    /// What the drives do.
+    pub lines: Vec<Line>,
+}
+
+impl Comparison {
+    /// Runs every variant, on all cores; the same on any number of them.
+    ///
+    /// # Errors
+    /// A variant that cannot be set up, a run that is too long.
+    pub fn of(scenario: &Scenario, columns: &[Column]) -> Result<Self, SimulationError> {
+        let rows = Row::of_scenario(scenario);
+        let variants: Vec<Scenario> =
+            rows.iter().flat_map(|row| columns.iter().map(|column| column.of(&row.of(scenario)))).collect();
+        let runs: Vec<Result<Option<Cell>, SimulationError>> = variants
+            .par_iter()
+            .map(|variant| match variant.run(&mut []) {
+                Ok(summary) => Ok(Some(Cell::from(&summary))),
+                Err(SimulationError::Diverged { .. }) => Ok(None),
+                Err(error) => Err(error),
+            })
+            .collect();
+        let runs: Vec<Option<Cell>> = runs.into_iter().collect::<Result<_, _>>()?;
+        let lines = rows
+            .iter()
+            .zip(runs.chunks(columns.len().max(1)))
+            .map(|(row, runs)| Line { drives: row.name().to_owned(), runs: runs.to_vec() });
+        Ok(Self {
+            scenario: scenario.name.clone(),
+            columns: columns.iter().map(|column| column.name().to_owned()).collect(),
+            lines: lines.collect(),
+        })
+    }
+}

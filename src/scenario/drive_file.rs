@@ -1,0 +1,464 @@
+//! An axis beyond its model, as written: its controller, what its drive does, and what is done about it.
+//!
+//! The doc comments here are the descriptions in the JSON schema (`servosim schema`), which editors show.
+
+use schemars::JsonSchema;
+use serde::Deserialize;
+use toml::Spanned;
+
+use super::numbers::RawPoint;
+
+/// The controller of an axis. Gains that are left out are those of the same loops as `pdff`.
+#[derive(Debug, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
+pub(super) enum RawController {
+    /// Position P, velocity PI.
+    PPi(RawPPi),
+    /// Position PID with a filtered derivative.
+    Pid(RawPid),
+    /// Position P, velocity PI, feedforward of velocity, viscous friction and acceleration.
+    Cascade(RawCascade),
+}
+
+/// Position P, velocity PI.
+#[derive(Debug, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub(super) struct RawPPi {
+    /// Position gain, in rad/s/mm. Default: `kpp`.
+    #[schemars(with = "Option<f64>", range(min = 0))]
+    pub(super) position_rad_s_mm: Option<Spanned<f64>>,
+    /// Velocity gain, in N m s/rad. Default: `kpv`.
+    #[schemars(with = "Option<f64>", range(min = 0))]
+    pub(super) velocity_nm_s_rad: Option<Spanned<f64>>,
+    /// Velocity integral gain, in 1/s. Default: `kiv`.
+    #[schemars(with = "Option<f64>", range(min = 0))]
+    pub(super) integral_1_s: Option<Spanned<f64>>,
+}
+
+/// Position PID.
+#[derive(Debug, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub(super) struct RawPid {
+    /// Proportional gain, in V/mm.
+    #[schemars(with = "Option<f64>", range(min = 0))]
+    pub(super) proportional_v_mm: Option<Spanned<f64>>,
+    /// Integral gain, in V/(mm s).
+    #[schemars(with = "Option<f64>", range(min = 0))]
+    pub(super) integral_v_mm_s: Option<Spanned<f64>>,
+    /// Derivative gain, in V s/mm.
+    #[schemars(with = "Option<f64>", range(min = 0))]
+    pub(super) derivative_v_s_mm: Option<Spanned<f64>>,
+    /// Corner of the derivative's filter, in Hz. Default: a quarter of the sampling rate.
+    #[schemars(with = "Option<f64>", extend("exclusiveMinimum" = 0))]
+    pub(super) filter_hz: Option<Spanned<f64>>,
+}
+
+/// The cascade of P-PI with feedforward.
+#[derive(Debug, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub(super) struct RawCascade {
+    /// Position gain, in rad/s/mm. Default: `kpp`.
+    #[schemars(with = "Option<f64>", range(min = 0))]
+    pub(super) position_rad_s_mm: Option<Spanned<f64>>,
+    /// Velocity gain, in N m s/rad. Default: `kpv`.
+    #[schemars(with = "Option<f64>", range(min = 0))]
+    pub(super) velocity_nm_s_rad: Option<Spanned<f64>>,
+    /// Velocity integral gain, in 1/s. Default: `kiv`.
+    #[schemars(with = "Option<f64>", range(min = 0))]
+    pub(super) integral_1_s: Option<Spanned<f64>>,
+    /// Velocity feedforward, in rad/mm. Default: 1/transmission, all of it.
+    #[schemars(with = "Option<f64>", range(min = 0))]
+    pub(super) velocity_rad_mm: Option<Spanned<f64>>,
+    /// Torque per demanded velocity, in N m s/mm. Default: what the plant's viscous friction takes.
+    #[schemars(with = "Option<f64>", range(min = 0))]
+    pub(super) viscous_nm_s_mm: Option<Spanned<f64>>,
+    /// Torque per demanded acceleration, in N m s²/mm. Default: what the plant's inertia takes.
+    #[schemars(with = "Option<f64>", range(min = 0))]
+    pub(super) acceleration_nm_s2_mm: Option<Spanned<f64>>,
+}
+
+/// What the drive of an axis does that its model leaves out. Every table is off where it is not written.
+#[derive(Debug, Default, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub(super) struct RawEffects {
+    /// The plant is the model times factors: what the controller's designer does not know.
+    #[schemars(with = "Option<RawMismatch>")]
+    pub(super) mismatch: Option<Spanned<RawMismatch>>,
+    /// The encoder: where it sits, its counts, how velocity is told from it.
+    #[schemars(with = "Option<RawEncoder>")]
+    pub(super) encoder: Option<Spanned<RawEncoder>>,
+    /// White noise on the measured position.
+    #[schemars(with = "Option<RawNoise>")]
+    pub(super) noise: Option<Spanned<RawNoise>>,
+    /// Computation delay.
+    #[schemars(with = "Option<RawDelay>")]
+    pub(super) delay: Option<Spanned<RawDelay>>,
+    /// Resolution of the digital-to-analogue converter.
+    #[schemars(with = "Option<RawDac>")]
+    pub(super) dac: Option<Spanned<RawDac>>,
+    /// Bandwidth of the amplifier's current loop.
+    #[schemars(with = "Option<RawCurrentLoop>")]
+    pub(super) current_loop: Option<Spanned<RawCurrentLoop>>,
+    /// A ballscrew that gives: motor and table are two masses with a spring between them.
+    #[schemars(with = "Option<RawTwoMass>")]
+    pub(super) two_mass: Option<Spanned<RawTwoMass>>,
+    /// Friction: exactly one of `coulomb` and `lu_gre`.
+    #[schemars(with = "Option<RawFriction>")]
+    pub(super) friction: Option<Spanned<RawFriction>>,
+    /// Play between screw and table.
+    #[schemars(with = "Option<RawBacklash>")]
+    pub(super) backlash: Option<Spanned<RawBacklash>>,
+    /// Pitch error of the screw.
+    #[schemars(with = "Option<RawPitch>")]
+    pub(super) pitch: Option<Spanned<RawPitch>>,
+    /// Torque ripple (cogging) of the motor.
+    #[schemars(with = "Option<RawRipple>")]
+    pub(super) ripple: Option<Spanned<RawRipple>>,
+    /// Cutting force on the table: exactly one of `over_time` and `over_position`.
+    #[schemars(with = "Option<RawForce>")]
+    pub(super) force: Option<Spanned<RawForce>>,
+}
+
+/// The plant is the model times factors.
+#[derive(Debug, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub(super) struct RawMismatch {
+    /// Factor of the gain. Default: 1.
+    #[schemars(with = "Option<f64>", range(min = 0.01, max = 100))]
+    pub(super) gain_factor: Option<Spanned<f64>>,
+    /// Factor of the time constant. Default: 1.
+    #[schemars(with = "Option<f64>", range(min = 0.01, max = 100))]
+    pub(super) time_constant_factor: Option<Spanned<f64>>,
+}
+
+/// The encoder.
+#[derive(Debug, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub(super) struct RawEncoder {
+    /// Where it sits. Default: "motor".
+    pub(super) place: Option<RawPlace>,
+    /// One count, in µm at the table. Default: 0, as fine as can be.
+    #[schemars(with = "Option<f64>", range(min = 0))]
+    pub(super) resolution_um: Option<Spanned<f64>>,
+    /// How velocity is told. Default: "tachometer".
+    pub(super) velocity: Option<RawVelocity>,
+    /// Corner of the low pass, or bandwidth of the observer, in Hz. Default: 200.
+    #[schemars(with = "Option<f64>", extend("exclusiveMinimum" = 0))]
+    pub(super) velocity_hz: Option<Spanned<f64>>,
+    /// Damping of the observer. Default: 1.
+    #[schemars(with = "Option<f64>", extend("exclusiveMinimum" = 0))]
+    pub(super) velocity_damping: Option<Spanned<f64>>,
+}
+
+/// Where an encoder sits.
+#[derive(Debug, Clone, Copy, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
+pub(super) enum RawPlace {
+    /// On the motor: it does not see what the screw does.
+    Motor,
+    /// A scale along the table.
+    Table,
+}
+
+/// How velocity is told.
+#[derive(Debug, Clone, Copy, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
+pub(super) enum RawVelocity {
+    /// An ideal tachometer on the motor.
+    Tachometer,
+    /// Difference of two counts, over one period.
+    Difference,
+    /// The same through a low pass.
+    LowPass,
+    /// A tracking observer.
+    Observer,
+}
+
+/// White noise.
+#[derive(Debug, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub(super) struct RawNoise {
+    /// Standard deviation, in µm.
+    #[schemars(with = "f64", range(min = 0))]
+    pub(super) rms_um: Spanned<f64>,
+    /// Seed of the random numbers; the axes have their own all the same. Default: 1.
+    pub(super) seed: Option<u32>,
+}
+
+/// Computation delay.
+#[derive(Debug, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub(super) struct RawDelay {
+    /// From the sample to the voltage, in control periods; parts of one too. Comes on top of `delay_samples`.
+    #[schemars(with = "f64", range(min = 0, max = 16))]
+    pub(super) samples: Spanned<f64>,
+}
+
+/// Digital-to-analogue converter.
+#[derive(Debug, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub(super) struct RawDac {
+    /// Bits over the voltage range.
+    #[schemars(with = "u8", range(min = 2, max = 32))]
+    pub(super) bits: Spanned<i64>,
+}
+
+/// Current loop.
+#[derive(Debug, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub(super) struct RawCurrentLoop {
+    /// Bandwidth, in Hz.
+    #[schemars(with = "f64", extend("exclusiveMinimum" = 0))]
+    pub(super) bandwidth_hz: Spanned<f64>,
+}
+
+/// Two masses.
+#[derive(Debug, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub(super) struct RawTwoMass {
+    /// Mass of the table, in kg: its part of the plant's inertia.
+    #[schemars(with = "f64", extend("exclusiveMinimum" = 0))]
+    pub(super) table_mass_kg: Spanned<f64>,
+    /// Stiffness along the axis, in N/µm.
+    #[schemars(with = "f64", extend("exclusiveMinimum" = 0))]
+    pub(super) stiffness_n_um: Spanned<f64>,
+    /// Damping along the axis, in N s/mm. Default: 0.
+    #[schemars(with = "Option<f64>", range(min = 0))]
+    pub(super) damping_n_s_mm: Option<Spanned<f64>>,
+}
+
+/// Friction beside the plant's own.
+#[derive(Debug, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
+pub(super) enum RawFriction {
+    /// Coulomb, Stribeck and viscous, with true sticking.
+    Coulomb(RawCoulomb),
+    /// Bending bristles (`LuGre`).
+    LuGre(RawLuGre),
+}
+
+/// Coulomb, Stribeck and viscous friction.
+#[derive(Debug, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub(super) struct RawCoulomb {
+    /// Friction in motion, in N m at the motor.
+    #[schemars(with = "f64", extend("exclusiveMinimum" = 0))]
+    pub(super) coulomb_nm: Spanned<f64>,
+    /// Friction at rest, in N m. Default: `coulomb_nm`.
+    #[schemars(with = "Option<f64>", extend("exclusiveMinimum" = 0))]
+    pub(super) static_nm: Option<Spanned<f64>>,
+    /// Speed of the table over which it falls from rest to motion, in mm/s. Default: 1.
+    #[schemars(with = "Option<f64>", extend("exclusiveMinimum" = 0))]
+    pub(super) stribeck_mm_s: Option<Spanned<f64>>,
+    /// Viscous friction beside the plant's, in N m s/rad. Default: 0.
+    #[schemars(with = "Option<f64>", range(min = 0))]
+    pub(super) viscous_nm_s_rad: Option<Spanned<f64>>,
+}
+
+/// Bristles.
+#[derive(Debug, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub(super) struct RawLuGre {
+    /// Friction in motion, in N m at the motor.
+    #[schemars(with = "f64", extend("exclusiveMinimum" = 0))]
+    pub(super) coulomb_nm: Spanned<f64>,
+    /// Friction at rest, in N m. Default: `coulomb_nm`.
+    #[schemars(with = "Option<f64>", extend("exclusiveMinimum" = 0))]
+    pub(super) static_nm: Option<Spanned<f64>>,
+    /// Speed of the table over which it falls from rest to motion, in mm/s. Default: 1.
+    #[schemars(with = "Option<f64>", extend("exclusiveMinimum" = 0))]
+    pub(super) stribeck_mm_s: Option<Spanned<f64>>,
+    /// Viscous friction beside the plant's, in N m s/rad. Default: 0.
+    #[schemars(with = "Option<f64>", range(min = 0))]
+    pub(super) viscous_nm_s_rad: Option<Spanned<f64>>,
+    /// Stiffness of the bristles, in N m/rad.
+    #[schemars(with = "f64", extend("exclusiveMinimum" = 0))]
+    pub(super) stiffness_nm_rad: Spanned<f64>,
+    /// Damping of the bristles, in N m s/rad. Default: 0.
+    #[schemars(with = "Option<f64>", range(min = 0))]
+    pub(super) damping_nm_s_rad: Option<Spanned<f64>>,
+}
+
+/// Play.
+#[derive(Debug, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub(super) struct RawBacklash {
+    /// Width of the gap, in µm at the table.
+    #[schemars(with = "f64", extend("exclusiveMinimum" = 0))]
+    pub(super) gap_um: Spanned<f64>,
+}
+
+/// Pitch error.
+#[derive(Debug, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub(super) struct RawPitch {
+    /// Points [position in mm, error in µm], straight lines between them.
+    #[schemars(with = "Vec<[f64; 2]>")]
+    pub(super) points_mm_um: Spanned<Vec<RawPoint>>,
+    /// The points repeat after this distance, in mm: the lead of the screw. Default: they do not repeat.
+    #[schemars(with = "Option<f64>", extend("exclusiveMinimum" = 0))]
+    pub(super) period_mm: Option<Spanned<f64>>,
+}
+
+/// Torque ripple.
+#[derive(Debug, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub(super) struct RawRipple {
+    /// Harmonics.
+    #[schemars(with = "Vec<RawHarmonic>")]
+    pub(super) harmonics: Spanned<Vec<RawHarmonic>>,
+}
+
+/// One harmonic of the torque ripple.
+#[derive(Debug, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub(super) struct RawHarmonic {
+    /// Times per revolution of the motor.
+    #[schemars(with = "u16", range(min = 1, max = 1000))]
+    pub(super) per_revolution: Spanned<i64>,
+    /// Amplitude, in N m.
+    #[schemars(with = "f64", range(min = 0))]
+    pub(super) amplitude_nm: Spanned<f64>,
+    /// Phase, in degrees. Default: 0.
+    #[schemars(with = "Option<f64>")]
+    pub(super) phase_deg: Option<Spanned<f64>>,
+}
+
+/// Cutting force, in the direction of the axis.
+#[derive(Debug, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
+pub(super) enum RawForce {
+    /// Over time.
+    OverTime(RawForceOverTime),
+    /// Over the position of the table.
+    OverPosition(RawForceOverPosition),
+}
+
+/// Cutting force over time.
+#[derive(Debug, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub(super) struct RawForceOverTime {
+    /// Points [time in s, force in N], straight lines between them.
+    #[schemars(with = "Vec<[f64; 2]>")]
+    pub(super) points_s_n: Spanned<Vec<RawPoint>>,
+    /// The points repeat after this time, in s. Default: they do not repeat.
+    #[schemars(with = "Option<f64>", extend("exclusiveMinimum" = 0))]
+    pub(super) period_s: Option<Spanned<f64>>,
+}
+
+/// Cutting force over the position of the table.
+#[derive(Debug, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub(super) struct RawForceOverPosition {
+    /// Points [position in mm, force in N], straight lines between them.
+    #[schemars(with = "Vec<[f64; 2]>")]
+    pub(super) points_mm_n: Spanned<Vec<RawPoint>>,
+    /// The points repeat after this distance, in mm. Default: they do not repeat.
+    #[schemars(with = "Option<f64>", extend("exclusiveMinimum" = 0))]
+    pub(super) period_mm: Option<Spanned<f64>>,
+}
+
+/// What is done about the effects, on one axis. Every table is off where it is not written.
+#[derive(Debug, Default, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub(super) struct RawRemedies {
+    /// Notch filter of the torque.
+    #[schemars(with = "Option<RawNotch>")]
+    pub(super) notch: Option<Spanned<RawNotch>>,
+    /// Low pass of the torque, second order.
+    #[schemars(with = "Option<RawLowPass>")]
+    pub(super) low_pass: Option<Spanned<RawLowPass>>,
+    /// Torque for the demanded acceleration.
+    #[schemars(with = "Option<RawAccelerationFeedforward>")]
+    pub(super) acceleration: Option<Spanned<RawAccelerationFeedforward>>,
+    /// Torque for the friction in the demanded direction.
+    #[schemars(with = "Option<RawFrictionFeedforward>")]
+    pub(super) friction: Option<Spanned<RawFrictionFeedforward>>,
+    /// Shift of the command against backlash.
+    #[schemars(with = "Option<RawBacklashCompensation>")]
+    pub(super) backlash: Option<Spanned<RawBacklashCompensation>>,
+    /// Shift of the command against the pitch error, as far as it is known.
+    #[schemars(with = "Option<RawPitch>")]
+    pub(super) pitch: Option<Spanned<RawPitch>>,
+    /// Zero-phase-error tracking: a prefilter that undoes the PDFF loop of the model. Default: false.
+    #[schemars(with = "Option<bool>")]
+    pub(super) zero_phase: Option<Spanned<bool>>,
+}
+
+/// Notch filter.
+#[derive(Debug, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub(super) struct RawNotch {
+    /// Centre, in Hz.
+    #[schemars(with = "f64", extend("exclusiveMinimum" = 0))]
+    pub(super) frequency_hz: Spanned<f64>,
+    /// What is left at the centre, 0 (nothing) to 1. Default: 0.
+    #[schemars(with = "Option<f64>", range(min = 0, max = 1))]
+    pub(super) depth: Option<Spanned<f64>>,
+    /// Half the width over the frequency. Default: 0.5.
+    #[schemars(with = "Option<f64>", extend("exclusiveMinimum" = 0))]
+    pub(super) damping: Option<Spanned<f64>>,
+}
+
+/// Low pass.
+#[derive(Debug, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub(super) struct RawLowPass {
+    /// Corner, in Hz.
+    #[schemars(with = "f64", extend("exclusiveMinimum" = 0))]
+    pub(super) frequency_hz: Spanned<f64>,
+    /// Damping. Default: 0.7071 (Butterworth).
+    #[schemars(with = "Option<f64>", extend("exclusiveMinimum" = 0))]
+    pub(super) damping: Option<Spanned<f64>>,
+}
+
+/// Feedforward of acceleration.
+#[derive(Debug, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub(super) struct RawAccelerationFeedforward {
+    /// Share of what the model asks for. Default: 1.
+    #[schemars(with = "Option<f64>", range(min = 0))]
+    pub(super) share: Option<Spanned<f64>>,
+}
+
+/// Feedforward of friction.
+#[derive(Debug, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub(super) struct RawFrictionFeedforward {
+    /// Coulomb friction as it is known, in N m.
+    #[schemars(with = "f64", range(min = 0))]
+    pub(super) coulomb_nm: Spanned<f64>,
+    /// Demanded speed from which on all of it is given, in mm/s. Default: 1.
+    #[schemars(with = "Option<f64>", extend("exclusiveMinimum" = 0))]
+    pub(super) smoothing_mm_s: Option<Spanned<f64>>,
+}
+
+/// Compensation of backlash.
+#[derive(Debug, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub(super) struct RawBacklashCompensation {
+    /// Gap as it is known, in µm.
+    #[schemars(with = "f64", extend("exclusiveMinimum" = 0))]
+    pub(super) gap_um: Spanned<f64>,
+    /// Time constant of the shift, in s. Default: 0, a step.
+    #[schemars(with = "Option<f64>", range(min = 0))]
+    pub(super) time_constant_s: Option<Spanned<f64>>,
+}
+
+/// Cross-coupled contour control: torques from the contouring error itself.
+#[derive(Debug, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub(super) struct RawCrossCoupling {
+    /// Torque per contouring error, in N m/mm.
+    #[schemars(with = "f64", range(min = 0))]
+    pub(super) proportional_nm_mm: Spanned<f64>,
+    /// Torque per integral of the contouring error, in N m/(mm s). Default: 0.
+    #[schemars(with = "Option<f64>", range(min = 0))]
+    pub(super) integral_nm_mm_s: Option<Spanned<f64>>,
+    /// Torque per rate of the contouring error, in N m s/mm. Default: 0.
+    #[schemars(with = "Option<f64>", range(min = 0))]
+    pub(super) derivative_nm_s_mm: Option<Spanned<f64>>,
+    /// Most torque on an axis, in N m. Default: 1.
+    #[schemars(with = "Option<f64>", extend("exclusiveMinimum" = 0))]
+    pub(super) limit_nm: Option<Spanned<f64>>,
+}

@@ -1,0 +1,155 @@
+//! The axes of a run: as their model has them, or as they are.
+
+use std::collections::VecDeque;
+
+use nalgebra::SVector;
+
+use crate::interpolator::Setpoint;
+use crate::lane::{Kernel, vectorized};
+use crate::servo::remedies::{CrossCoupling, CrossCouplingGains};
+use crate::servo::{
+    Axis, AxisLoop, AxisParameters, AxisSignals, Demand, DriveSignals, LoopSettings, RealAxis, RealDrive, ServoError,
+};
+
+/// All axes of a machine.
+#[derive(Debug, Clone)]
+pub(crate) enum Axes<const A: usize> {
+    /// Plants of first order under PDFF controllers.
+    Model([AxisLoop; A]),
+    /// With what their drives do.
+    Real(Box<RealAxes<A>>),
+}
+
+/// Axes as they are.
+#[derive(Debug, Clone)]
+pub(crate) struct RealAxes<const A: usize> {
+    axes: [RealAxis; A],
+    coupling: Option<CrossCoupling<A>>,
+    /// What the cross-coupled controller adds at this sample.
+    torques_nm: [f64; A],
+    /// By how many samples each axis wants to know its demands in advance.
+    ahead: [usize; A],
+}
+
+impl<const A: usize> Axes<A> {
+    /// All at rest on `start_mm`. The model's own loop runs where that is all that is asked for.
+    ///
+    /// # Errors
+    /// A parameter out of its range.
+    pub(crate) fn new(
+        parameters: &[AxisParameters; A],
+        drives: Option<&[RealDrive; A]>,
+        coupling: Option<&CrossCouplingGains>,
+        settings: &LoopSettings,
+        start_mm: &SVector<f64, A>,
+    ) -> Result<Self, ServoError> {
+        settings.check()?;
+        for axis in parameters {
+            axis.check()?;
+        }
+        let real = drives.filter(|drives| coupling.is_some() || drives.iter().any(|drive| !drive.is_model()));
+        let Some(drives) = real else {
+            let axis = |axis| AxisLoop::new(&parameters[axis], settings, start_mm[axis]);
+            return Ok(Self::Model(std::array::from_fn(axis)));
+        };
+        let mut ahead = [0; A];
+        let mut axes = Vec::with_capacity(A);
+        for axis in 0..A {
+            let (real, own) = drives[axis].axis(&parameters[axis], settings, start_mm[axis])?;
+            ahead[axis] = own;
+            axes.push(real);
+        }
+        let coupling = coupling.map(|gains| CrossCoupling::new(gains, settings.period_s)).transpose()?;
+        match <[RealAxis; A]>::try_from(axes) {
+            Ok(axes) => Ok(Self::Real(Box::new(RealAxes { axes, coupling, torques_nm: [0.0; A], ahead }))),
+            // There are as many as were pushed.
+            Err(_) => Err(ServoError { name: "axes", value: A as f64, needed: "one drive an axis" }),
+        }
+    }
+
+    /// By how many samples the axes want to know their demands in advance.
+    pub(crate) fn look_ahead(&self) -> usize {
+        match self {
+            Self::Model(_) => 0,
+            Self::Real(real) => real.ahead.iter().copied().max().unwrap_or(0),
+        }
+    }
+
+    /// One control period; `coming` begins with `setpoint`, where the axes look ahead.
+    #[inline]
+    pub(crate) fn step(&mut self, setpoint: &Setpoint<A>, coming: Option<&VecDeque<Setpoint<A>>>) -> [AxisSignals; A] {
+        match self {
+            Self::Model(axes) => vectorized(StepModel { axes, setpoint }),
+            Self::Real(axes) => vectorized(StepReal { axes, setpoint, coming }),
+        }
+    }
+
+    /// Tells the contouring error after a step: nearest point of the path less actual position \[mm\].
+    #[inline]
+    pub(crate) fn tell_error(&mut self, error_mm: impl FnOnce() -> SVector<f64, A>) {
+        if let Self::Real(real) = self
+            && let Some(coupling) = &mut real.coupling
+        {
+            real.torques_nm = coupling.step(error_mm().into());
+        }
+    }
+
+    /// What the drives tell of the last sample, where they are more than their model.
+    pub(crate) fn drive_signals(&self) -> Option<[DriveSignals; A]> {
+        match self {
+            Self::Model(_) => None,
+            Self::Real(real) => Some(std::array::from_fn(|axis| *real.axes[axis].drive_signals())),
+        }
+    }
+}
+
+/// One control period of every axis of the model.
+struct StepModel<'s, const A: usize> {
+    axes: &'s mut [AxisLoop; A],
+    setpoint: &'s Setpoint<A>,
+}
+
+impl<const A: usize> Kernel for StepModel<'_, A> {
+    type Output = [AxisSignals; A];
+
+    #[inline(always)]
+    fn run(self) -> [AxisSignals; A] {
+        let Setpoint { position_mm, velocity_mm_s, .. } = self.setpoint;
+        // A plain loop: a closure would not be compiled with this function.
+        let mut signals = [AxisSignals::default(); A];
+        for (axis, signals) in signals.iter_mut().enumerate() {
+            *signals = self.axes[axis].step(position_mm[axis], velocity_mm_s[axis]);
+        }
+        signals
+    }
+}
+
+/// One control period of every axis as it is.
+struct StepReal<'s, const A: usize> {
+    axes: &'s mut RealAxes<A>,
+    setpoint: &'s Setpoint<A>,
+    coming: Option<&'s VecDeque<Setpoint<A>>>,
+}
+
+impl<const A: usize> Kernel for StepReal<'_, A> {
+    type Output = [AxisSignals; A];
+
+    #[inline(always)]
+    fn run(self) -> [AxisSignals; A] {
+        let Self { axes: RealAxes { axes, torques_nm, ahead, .. }, setpoint, coming } = self;
+        let mut signals = [AxisSignals::default(); A];
+        for (axis, signals) in signals.iter_mut().enumerate() {
+            let seen = coming.and_then(|coming| coming.get(ahead[axis])).unwrap_or(setpoint);
+            let demand = Demand {
+                position_mm: seen.position_mm[axis],
+                velocity_mm_s: seen.velocity_mm_s[axis],
+                acceleration_mm_s2: seen.acceleration_mm_s2[axis],
+                jerk_mm_s3: seen.jerk_vector_mm_s3[axis],
+                torque_nm: torques_nm[axis],
+            };
+            *signals = axes[axis].step(&demand);
+            signals.command_mm = setpoint.position_mm[axis];
+        }
+        signals
+    }
+}
