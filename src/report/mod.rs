@@ -13,7 +13,7 @@
 //! | [`PlotKind::Search`] | pattern search for `n_c`: objective, best point, mesh size and evaluations over iterations |
 //!
 //! [`write_loops`] draws the servo loops themselves: Bode, Nyquist, step response.
-//! [`write_convergence`] plots how a tuning converged. [`DeviationPicture`], [`PathPicture`] and [`write_stepover`] show tool paths
+//! [`write_convergence`] plots how a tuning converged. [`DeviationPicture`], [`PathPicture`] and [`StepoverPicture`] show tool paths
 //! and the part that they leave.
 //!
 //! The same runs give the same bytes. Text is laid out with the bundled font (`DejaVu` Sans); an SVG names it first and falls back
@@ -45,8 +45,7 @@ pub use data::{MAX_BUCKETS, PlotSample, RunData, RunFacts};
 pub use files::{write_all, write_file};
 pub use loops::write_loops;
 pub use machining::{
-    DeviationPanel, DeviationPicture, MoveKind, PathMove, PathPicture, StepoverRow, draw_stepover, stepover_row,
-    stepover_table, write_stepover,
+    DeviationPanel, DeviationPicture, MoveKind, PathMove, PathPicture, StepoverPicture, StepoverRow, stepover_row,
 };
 pub use sweep::{SweepAxis, SweepCell, SweepPicture, SweepPlot};
 
