@@ -11,7 +11,7 @@ use servosim::limits::{Event, Limits};
 use servosim::machining::{Machine, MotionFault, ProgramError, ProgramFacts, ProgramPeriod, ProgramRun, Shapes};
 use servosim::nc::{Action, Arc, Block, Dialect, NcError, Nurbs, Plane, Program, Reader, Reading, Writing};
 use servosim::path::{Cursor, Helix, Line, Path};
-use servosim::recording::{Facts, Recorder, Recording};
+use servosim::recording::{Facts, Recorder, Recording, csv};
 use servosim::report::{RunData, RunFacts};
 use servosim::scenario::Scenario;
 use servosim::servo::LoopSettings;
@@ -293,11 +293,39 @@ fn observers_see_a_program_as_any_run() {
 
     let bytes = recorder.finish(&summary).unwrap().writer;
     let mut samples = 0;
-    let recording = Recording::read_from("part", std::io::Cursor::new(&bytes), |_| {
+    let mut table = Vec::new();
+    csv::write_header(&mut table, 3).unwrap();
+    let mut heights = Vec::new();
+    let recording = Recording::read_from("part", std::io::Cursor::new(&bytes), |sample| {
         samples += 1;
-        Ok(())
+        let third = sample.third.unwrap();
+        heights.push([third.z.actual_mm, third.nearest_z_mm, third.z.voltage_v, third.line, f64::from(third.rapid)]);
+        csv::write_row(&mut table, sample)
     })
     .unwrap();
+    assert_eq!(recording.axes, 3);
+    // Every number of the third axis stands in the table, and what was observed is what was recorded.
+    let table = String::from_utf8(table).unwrap();
+    let names: Vec<&str> = table.lines().next().unwrap().split(',').collect();
+    assert_eq!(names, [csv::COLUMNS, csv::THIRD_COLUMNS].concat());
+    let columns = ["z_actual_mm", "nearest_z_mm", "z_voltage_v", "line", "rapid"]
+        .map(|name| names.iter().position(|other| *other == name).unwrap());
+    assert_eq!(table.lines().count(), heights.len() + 1);
+    for (line, wanted) in table.lines().skip(1).zip(&heights) {
+        let cells: Vec<f64> = line.split(',').map(|cell| cell.parse().unwrap()).collect();
+        assert_eq!(cells.len(), names.len());
+        assert_eq!(columns.map(|column| cells[column].to_bits()), wanted.map(f64::to_bits));
+    }
+    assert!(heights.iter().any(|[z, ..]| *z > 4.9) && heights.iter().any(|[z, ..]| *z < 0.1));
+    assert!(heights.first().unwrap()[3..] == [1.0, 1.0] && heights.iter().any(|of| of[3..] == [4.0, 0.0]));
+    let seen = data.samples();
+    assert!(
+        seen.len() == heights.len()
+            && seen
+                .iter()
+                .zip(&heights)
+                .all(|(s, of)| { [s.actual_mm[2], s.nearest_mm[2], s.voltage_v[2], of[3], f64::from(s.rapid)] == *of })
+    );
     assert_eq!(samples, facts.samples);
     assert!(recording.plan.contains_key("voltage_limit_z_v"));
     assert!(recording.topics.iter().any(|topic| topic.schema == "servosim.Servo3"));

@@ -298,3 +298,46 @@ fn built_in_parts_are_sound_and_the_schema_knows_their_keys() {
     let schema: Value = serde_json::from_str(&out).unwrap();
     assert!(schema.pointer("/properties/surface").is_some());
 }
+
+#[test]
+fn the_step_over_formulas_stand_beside_each_other() {
+    let folder = tempfile::tempdir().unwrap();
+    let (code, out, err) = stdout(servosim(folder.path()).arg("stepover"));
+    assert_eq!((code, err.as_str()), (0, "wrote output/ball-5mm-stepover.svg\n"), "{out}");
+    // The specification's table.
+    for (row, error) in [
+        ("convex 10 0.01", "0.1084 %"),
+        ("convex 10 0.1", "1.088 %"),
+        ("convex 4 0.01", "0.2097 %"),
+        ("convex 4 0.1", "2.095 %"),
+        ("concave -9 0.01", "0.0292 %"),
+        ("concave -11 0.1", "0.2357 %"),
+    ] {
+        let words = |line: &str| line.split_whitespace().collect::<Vec<_>>().join(" ");
+        let line = out.lines().map(words).find(|line| line.starts_with(&format!("{row} "))).unwrap_or_default();
+        assert!(line.contains(error), "{row}: {line}");
+    }
+    assert!(folder.path().join("output/ball-5mm-stepover.svg").is_file());
+
+    let asked = "stepover --radius 3 --scallop 0.02 --curvature -12,inf --range 3.5:200 --plots none --format json";
+    let values = json(servosim(folder.path()).args(asked.split(' ')));
+    assert_eq!(values["rows"].as_array().unwrap().len(), 2);
+    assert!(number(&values, "/rows/0/exact_mm") > number(&values, "/rows/0/flat_mm"), "{values:#}");
+    assert_eq!(values["rows"][1]["curvature_radius_mm"], Value::Null);
+    assert_eq!(number(&values, "/rows/1/exact_mm"), number(&values, "/rows/1/flat_mm"));
+
+    for (asked, said) in [
+        ("--curvature -4", "a cutter of radius 5 mm does not fit into a hollow of radius 4 mm"),
+        ("--scallop 6", "a scallop height of 6 mm is not possible"),
+        ("--radius -1", "a cutter radius of -1 mm is not a positive finite number"),
+        ("--radius nan", "not a positive finite number"),
+        ("--curvature 0", "a curvature radius of 0 mm is not possible"),
+        ("--curvature ten", "invalid float"),
+        ("--range 5", "write it as LOW:HIGH"),
+        ("--range 5:2", "write it as LOW:HIGH"),
+        ("--scallop .1,.2,.3,.4,.5,.6,.7", "7 scallop heights are too many for one plot: at most 6"),
+    ] {
+        let (code, out, err) = stdout(servosim(folder.path()).arg("stepover").args(asked.split(' ')));
+        assert!(code == 2 && out.is_empty() && err.contains(said), "{asked}: {code} {err}");
+    }
+}

@@ -7,8 +7,8 @@ use std::f64::consts::TAU;
 use std::fs;
 
 use servosim::report::{
-    DeviationPanel, DeviationPicture, Format, MoveKind, PathMove, PathPicture, ReportError, draw_stepover,
-    stepover_row, stepover_table, write_stepover,
+    DeviationPanel, DeviationPicture, Format, MoveKind, PathMove, PathPicture, ReportError, StepoverPicture,
+    stepover_row,
 };
 
 /// A patch of 80 × 80 mm with a hump.
@@ -151,7 +151,7 @@ fn pictures_of_a_patch() {
     for format in [Format::Svg, Format::Png] {
         let mut files = maps.write(&target, "patch", format).unwrap();
         files.extend(path().write(&target, "patch", format).unwrap());
-        files.extend(write_stepover(&target, "patch", format).unwrap());
+        files.extend(StepoverPicture::default().write(&target, "patch", format).unwrap());
         let names = ["deviation", "rings", "path3d", "stepover"];
         let wanted = names.map(|name| target.join(format!("patch-{name}.{}", format.extension())));
         assert_eq!(files, wanted);
@@ -264,7 +264,7 @@ fn paths_say_what_their_lines_are() {
 
 #[test]
 fn validates_the_papers_table_of_step_overs() {
-    let rows = stepover_table();
+    let rows = StepoverPicture::default().rows().unwrap();
     let errors: Vec<String> = rows
         .iter()
         .map(|row| format!("{} {} {:.4}", row.scallop_mm, row.curvature_radius_mm, row.error_percent))
@@ -276,7 +276,7 @@ fn validates_the_papers_table_of_step_overs() {
         assert!((row.fast_mm / row.exact_mm - 1.0).abs() * 100.0 - row.error_percent < 1e-9);
     }
     assert!(stepover_row(5.0, 0.1, -4.0).is_err() && stepover_row(5.0, f64::NAN, 4.0).is_err());
-    let said = texts(&draw_stepover(Format::Svg).unwrap());
+    let said = texts(&StepoverPicture::default().draw(Format::Svg).unwrap());
     assert_says(
         &said,
         &[
@@ -296,7 +296,8 @@ fn the_same_input_gives_the_same_bytes() {
     let picture = maps(&values, &values, 150);
     for format in [Format::Svg, Format::Png] {
         assert!(picture.draw(format).unwrap() == picture.draw(format).unwrap());
-        assert!(draw_stepover(format).unwrap() == draw_stepover(format).unwrap());
+        let picture = StepoverPicture::default();
+        assert!(picture.draw(format).unwrap() == picture.draw(format).unwrap());
     }
     assert!(path().draw_3d(Format::Svg).unwrap() == path().draw_3d(Format::Svg).unwrap());
     assert!(path().draw_rings(Format::Png).unwrap() == path().draw_rings(Format::Png).unwrap());
@@ -349,4 +350,25 @@ fn no_input_breaks_a_picture() {
     texts(&picture.draw_3d(Format::Svg).unwrap());
     let error = picture.write(std::path::Path::new("/tmp"), "a/b", Format::Svg).unwrap_err();
     assert!(matches!(error, ReportError::Stem { .. }));
+}
+
+#[test]
+fn any_comparison_of_step_overs_can_be_drawn() {
+    let picture = |radius_mm, scallops: &[f64], radii: &[f64], range_mm| {
+        let (scallops_mm, curvature_radii_mm) = (scallops.to_vec(), radii.to_vec());
+        texts(&StepoverPicture { radius_mm, scallops_mm, curvature_radii_mm, range_mm }.draw(Format::Svg).unwrap())
+    };
+    let said = picture(2.0, &[0.05], &[-3.0, -4.0, -20.0, 8.0, f64::INFINITY], [2.5, 50.0]);
+    assert_says(&said, &["convex, h = 0.05 mm", "concave, h = 0.05 mm"]);
+    for start in ["R = −4 … −3: ", "R = −20: ", "R = 8: "] {
+        assert!(said.iter().any(|text| text.starts_with(start)), "{start}: {said:#?}");
+    }
+    let nothing = "Nothing to show: no curvature radius of this range has a step-over";
+    for bad in [f64::NAN, f64::INFINITY, f64::NEG_INFINITY, 0.0, -1.0, 1e300, 1e-300] {
+        picture(bad, &[bad, 0.1], &[bad, 10.0], [bad, 100.0]);
+        picture(5.0, &[bad], &[bad], [1.0, bad]);
+        picture(5.0, &[0.1, 0.1 + 1e-12], &[bad; 100], [10.0, 10.0]);
+    }
+    assert_says(&picture(5.0, &[], &[], [2.0, 100.0]), &[nothing]);
+    assert_says(&picture(-5.0, &[0.1], &[], [2.0, 100.0]), &[nothing]);
 }

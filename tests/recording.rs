@@ -10,7 +10,7 @@ use rand_xoshiro::Xoshiro256PlusPlus;
 use servosim::feedrate::{Motion, Profile};
 use servosim::limits::{Event, Limits};
 use servosim::path::{self, Circle, Line};
-use servosim::recording::{Facts, LogLevel, ReadError, Recorder, Recording, RecordingError, Servo, csv};
+use servosim::recording::{Facts, LogLevel, ReadError, Recorder, Recording, RecordingError, Sample, Servo, csv};
 use servosim::servo::{AxisParameters, Drive, LoopSettings, Pdff, Plant};
 use servosim::simulation::{Ending, Observer, Period, Simulation, SimulationError};
 use servosim::summary::{Summary, SummaryObserver};
@@ -59,8 +59,8 @@ fn record(settling_s: f64) -> (Vec<u8>, Summary) {
 
 fn read(bytes: &[u8]) -> Result<(Recording, Vec<Servo>), ReadError> {
     let mut samples = Vec::new();
-    let recording = Recording::read_from("test", Cursor::new(bytes), |servo| {
-        samples.push(*servo);
+    let recording = Recording::read_from("test", Cursor::new(bytes), |sample| {
+        samples.push(sample.servo);
         Ok(())
     })?;
     Ok((recording, samples))
@@ -512,9 +512,9 @@ fn csv_holds_every_signal_in_full() {
     let (bytes, summary) = record(0.0);
     let (_, samples) = read(&bytes).unwrap();
     let mut text = Vec::new();
-    csv::write_header(&mut text).unwrap();
-    for servo in &samples {
-        csv::write_row(&mut text, servo).unwrap();
+    csv::write_header(&mut text, 2).unwrap();
+    for &servo in &samples {
+        csv::write_row(&mut text, &Sample { servo, third: None }).unwrap();
     }
     let text = String::from_utf8(text).unwrap();
     let mut lines = text.lines();

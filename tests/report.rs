@@ -168,7 +168,8 @@ fn axes_limits_and_curves_are_labelled_with_units() {
 #[test]
 fn two_runs_share_the_plots_and_equal_names_are_told_apart() {
     let other = simulated("circle", &circle(), 100.0, Profile::JerkLimited { accel_mm_s2: 2e3, jerk_mm_s3: 5e4 }, 1.4);
-    let runs = [one(), other];
+    let mut runs = [one(), other];
+    runs.iter_mut().for_each(|run| run.facts_mut().three_axes = true);
     for kind in PlotKind::ALL {
         let document = svg(&runs, kind);
         let said = texts(&document);
@@ -191,6 +192,7 @@ fn a_name_that_is_taken_is_not_given_again() {
 #[test]
 fn names_and_warnings_may_hold_any_character() {
     let mut data = one();
+    data.facts_mut().three_axes = true;
     data.facts_mut().name = "<b>&\"'\u{1b}\0 x\u{fffe} 日本 \u{202e}".to_owned() + &"long ".repeat(200);
     data.facts_mut().warning = Some("locked up: a < b & c".to_owned());
     data.facts_mut().comparison.as_mut().unwrap().0 = "]]>\u{7}".to_owned();
@@ -204,7 +206,9 @@ fn names_and_warnings_may_hold_any_character() {
 
 #[test]
 fn the_same_runs_give_the_same_bytes() {
-    let (first, second) = (one(), one());
+    let (mut first, mut second) = (one(), one());
+    first.facts_mut().three_axes = true;
+    second.facts_mut().three_axes = true;
     for kind in PlotKind::ALL {
         let draw = |data: &RunData| draw(std::slice::from_ref(data), kind, Format::Svg).unwrap();
         assert!(draw(&first) == draw(&second), "{kind:?}");
@@ -236,12 +240,13 @@ fn sample(k: u64) -> PlotSample {
         feed_mm_s: 10.0 + (3.0 * t).sin(),
         accel_mm_s2: 3.0 * (3.0 * t).cos(),
         jerk_mm_s3: -9.0 * (3.0 * t).sin(),
-        command_mm: [t.cos(), t.sin()],
-        actual_mm: [1.01 * t.cos(), 1.02 * t.sin()],
-        nearest_mm: [1.001 * t.cos(), 1.002 * t.sin()],
+        command_mm: [t.cos(), t.sin(), 0.0],
+        actual_mm: [1.01 * t.cos(), 1.02 * t.sin(), 0.0],
+        nearest_mm: [1.001 * t.cos(), 1.002 * t.sin(), 0.0],
         voltage_v: [(5.0 * t).sin(), (7.0 * t).cos(), (9.0 * t).cos()],
         contour_error_um: (11.0 * t).sin(),
         tracking_error_um: 2.0 + (13.0 * t).sin(),
+        rapid: false,
     }
 }
 
@@ -260,7 +265,7 @@ type Setter = fn(&mut PlotSample, f64);
 /// Reads it.
 type Getter = fn(&PlotSample) -> f64;
 
-const SIGNALS: [(&str, Setter, Getter); 15] = [
+const SIGNALS: [(&str, Setter, Getter); 18] = [
     ("s", |s, v| s.s_mm = v, |s| s.s_mm),
     ("feed", |s, v| s.feed_mm_s = v, |s| s.feed_mm_s),
     ("accel", |s, v| s.accel_mm_s2 = v, |s| s.accel_mm_s2),
@@ -276,6 +281,9 @@ const SIGNALS: [(&str, Setter, Getter); 15] = [
     ("contour", |s, v| s.contour_error_um = v, |s| s.contour_error_um),
     ("tracking", |s, v| s.tracking_error_um = v, |s| s.tracking_error_um),
     ("voltage z", |s, v| s.voltage_v[2] = v, |s| s.voltage_v[2]),
+    ("command z", |s, v| s.command_mm[2] = v, |s| s.command_mm[2]),
+    ("actual z", |s, v| s.actual_mm[2] = v, |s| s.actual_mm[2]),
+    ("nearest z", |s, v| s.nearest_mm[2] = v, |s| s.nearest_mm[2]),
 ];
 
 #[test]
@@ -286,7 +294,7 @@ fn no_peak_of_any_signal_is_lost_in_merging() {
     for k in 0..count {
         let mut s = sample(k);
         for (i, (_, set, _)) in SIGNALS.iter().enumerate() {
-            let at = 5_000 + 6_500 * i as u64;
+            let at = 5_000 + 5_200 * i as u64;
             match k.checked_sub(at) {
                 Some(0) => set(&mut s, 1e6 + i as f64),
                 Some(1) => set(&mut s, -1e6 - i as f64),
@@ -336,9 +344,9 @@ fn samples_that_are_not_finite_are_skipped_and_the_reader_is_told() {
     }
     data.push(&PlotSample { time_s: f64::NAN, ..sample(1) });
     data.push(&sample(2));
-    assert_eq!((data.skipped(), data.samples().len()), (4 * 15 + 1, 1));
+    assert_eq!((data.skipped(), data.samples().len()), (4 * 18 + 1, 1));
     let said = texts(&svg(&[data], PlotKind::Voltage));
-    assert!(said.iter().any(|t| t.starts_with("61 samples left out")), "{said:#?}");
+    assert!(said.iter().any(|t| t.starts_with("73 samples left out")), "{said:#?}");
 }
 
 /// Runs that have broken plots before, somewhere.
@@ -412,7 +420,7 @@ fn awkward() -> Vec<(&'static str, RunData)> {
                 &many(&|k, s| {
                     let side = if (k / 20) % 2 == 0 { 5.0 } else { -5.0 };
                     s.voltage_v = [side, -side, 0.0];
-                    s.actual_mm = [1e4 * (k as f64 * 0.1).sin(), side];
+                    s.actual_mm = [1e4 * (k as f64 * 0.1).sin(), side, 0.0];
                     s.contour_error_um = 1e7 * (k as f64 * 0.1).sin();
                 }),
             ),
@@ -438,6 +446,9 @@ fn awkward() -> Vec<(&'static str, RunData)> {
 fn no_run_breaks_a_plot() {
     let runs = awkward();
     for (name, data) in &runs {
+        let mut data = data.clone();
+        data.facts_mut().three_axes = true;
+        let data = &data;
         for kind in PlotKind::ALL.into_iter().filter(|kind| kind.applies_to(std::slice::from_ref(data))) {
             let document = svg(std::slice::from_ref(data), kind);
             assert!(!texts(&document).is_empty(), "{name} {kind:?}");
@@ -445,7 +456,8 @@ fn no_run_breaks_a_plot() {
         }
     }
     // All of them over each other.
-    let all: Vec<RunData> = runs.into_iter().map(|(_, data)| data).collect();
+    let mut all: Vec<RunData> = runs.into_iter().map(|(_, data)| data).collect();
+    all[0].facts_mut().three_axes = true;
     for kind in PlotKind::ALL {
         assert!(texts(&svg(&all, kind)).iter().any(|t| t.contains("of 31 runs")), "{kind:?}");
     }

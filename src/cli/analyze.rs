@@ -1,7 +1,6 @@
 //! `servosim analyze`: margins, poles, bandwidth and step response of the servo loops, without a run.
 
 use std::fmt::Write as _;
-use std::path::PathBuf;
 
 use clap::Args;
 use serde::Serialize;
@@ -11,8 +10,7 @@ use servosim::report;
 use servosim::scenario::{Document, Scenario};
 use servosim::servo::Derivative;
 
-use super::output::{figure, json, make_folder, note, print, printable, short};
-use super::run::{Format, Plots};
+use super::output::{OutputArgs, figure, make_folder, note, printable, short};
 use super::{CliError, Outcome, plot};
 
 /// Arguments of `servosim analyze`.
@@ -31,18 +29,8 @@ pub(crate) struct AnalyzeArgs {
     /// Replace one value of the scenario, such as axes.x.pdff.kpp=120 (may be given again)
     #[arg(long = "set", value_name = "KEY=VALUE")]
     set: Vec<String>,
-    /// Folder for the plots; made if it is missing
-    #[arg(long, value_name = "DIR", default_value = "output")]
-    output: PathBuf,
-    /// Format of the plots: Bode, Nyquist, step response
-    #[arg(long, value_enum, default_value = "svg")]
-    plots: Plots,
-    /// What to print: a table, or the figures as one JSON object and nothing else
-    #[arg(long, value_enum, default_value = "table")]
-    format: Format,
-    /// Print no table and no notes: only errors, unstable loops, and the JSON if asked for
-    #[arg(long, short)]
-    quiet: bool,
+    #[command(flatten)]
+    out: OutputArgs,
 }
 
 /// What `--format json` prints.
@@ -74,25 +62,18 @@ pub(crate) fn run(args: &AnalyzeArgs) -> Result<Outcome, CliError> {
         },
         axes: axes.collect(),
     };
-    match args.format {
-        Format::Json => print(&json(&analysis)?)?,
-        Format::Table if !args.quiet => print(&table(&analysis, &scenario))?,
-        Format::Table => {}
-    }
+    args.out.print.show(&analysis, || table(&analysis, &scenario))?;
     // The figures are there whatever becomes of the plots.
-    if let Some(format) = args.plots.format() {
-        make_folder(&args.output)?;
+    if let Some(format) = args.out.plots.format() {
+        make_folder(&args.out.folder)?;
         let name = &scenario.name;
-        let written = report::write_loops(name, &scenario.axes, settings, &args.output, name, format)?;
-        if !args.quiet {
-            note(&plot::wrote(&written));
-        }
+        let written = report::write_loops(name, &scenario.axes, settings, &args.out.folder, name, format)?;
+        args.out.print.note(&plot::wrote(&written));
     }
     if analysis.axes.iter().all(|axis| axis.stable) {
         return Ok(Outcome::Fine);
     }
-    if args.quiet || args.format == Format::Json {
-        // Without the table nothing else tells a person why the exit code is not 0.
+    if args.out.print.has_no_table() {
         for axis in analysis.axes.iter().filter(|axis| !axis.stable) {
             note(&format!("axis {}: {}", axis.axis, axis.warnings.join("; ")));
         }

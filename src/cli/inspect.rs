@@ -61,15 +61,15 @@ fn write_contents(args: &InspectArgs, out: &mut dyn Write, notes: &mut dyn Write
     let mut out = BufWriter::with_capacity(1 << 16, out);
     let recording = if args.csv {
         let mut header_due = true;
-        let result = Recording::read(&file, |servo| {
+        let result = Recording::read(&file, |sample| {
             if header_due {
                 header_due = false;
-                csv::write_header(&mut out)?;
+                csv::write_header(&mut out, if sample.third.is_some() { 3 } else { 2 })?;
             }
-            csv::write_row(&mut out, servo)
+            csv::write_row(&mut out, sample)
         });
-        if header_due && result.is_ok() {
-            csv::write_header(&mut out).map_err(CliError::Stdout)?;
+        if header_due && let Ok(recording) = &result {
+            csv::write_header(&mut out, recording.axes).map_err(CliError::Stdout)?;
         }
         // What was read before the damage is worth having.
         out.flush().map_err(CliError::Stdout)?;

@@ -12,9 +12,9 @@ mod pictures;
 mod plot;
 mod program;
 mod progress;
-
 mod run;
 mod schema;
+mod stepover;
 mod sweep;
 mod table;
 mod test;
@@ -88,6 +88,8 @@ enum Command {
     New(new::NewArgs),
     /// Make a part's tool path and NC program, and tell what the program leaves of the part
     Toolpath(toolpath::ToolpathArgs),
+    /// Compare the step-over formulas: a table, and their error as a plot
+    Stepover(stepover::StepoverArgs),
     /// Print the JSON schema of scenario files or of part files, for editors
     Schema(schema::SchemaArgs),
 }
@@ -310,6 +312,7 @@ pub(crate) fn main() -> ExitCode {
         Command::Check(args) => check::run(args),
         Command::New(args) => new::run(args),
         Command::Toolpath(args) => toolpath::run(args),
+        Command::Stepover(args) => stepover::run(args),
         Command::Schema(args) => schema::run(args),
     };
     match outcome {

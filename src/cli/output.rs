@@ -1,13 +1,92 @@
-//! Standard output, and numbers for people.
+//! What every command that gives figures takes: where files go and what is printed. Standard output, and numbers for people.
 
 use std::fs;
 use std::io::{self, Write};
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
+use clap::{Args, ValueEnum};
 use serde::Serialize;
 use servosim::limits::is_kept;
+use servosim::report;
 
 use super::CliError;
+
+/// Where files go, and what is printed.
+#[derive(Debug, Args)]
+pub(crate) struct OutputArgs {
+    /// Folder for all that is written; made if it is missing
+    #[arg(long = "output", value_name = "DIR", default_value = "output")]
+    pub(super) folder: PathBuf,
+    /// Format of the plots
+    #[arg(long, value_enum, default_value = "svg")]
+    pub(super) plots: Plots,
+    #[command(flatten)]
+    pub(super) print: PrintArgs,
+}
+
+/// What is printed.
+#[derive(Debug, Args)]
+pub(crate) struct PrintArgs {
+    /// What to print: a table, or the figures as one JSON object and nothing else
+    #[arg(long, value_enum, default_value = "table")]
+    format: Format,
+    /// Print no table, no progress and no notes: only errors, what is broken, and the JSON if asked for
+    #[arg(long, short)]
+    pub(super) quiet: bool,
+}
+
+/// Format of plots, or none.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+pub(crate) enum Plots {
+    Svg,
+    Png,
+    None,
+}
+
+impl Plots {
+    pub(crate) fn format(self) -> Option<report::Format> {
+        match self {
+            Self::Svg => Some(report::Format::Svg),
+            Self::Png => Some(report::Format::Png),
+            Self::None => None,
+        }
+    }
+}
+
+/// What goes to standard output.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+pub(crate) enum Format {
+    Table,
+    Json,
+}
+
+impl PrintArgs {
+    /// Prints the figures in the form that was asked for.
+    pub(crate) fn show(&self, figures: &impl Serialize, table: impl FnOnce() -> String) -> Result<(), CliError> {
+        match self.format {
+            Format::Json => print(&json(figures)?),
+            Format::Table if !self.quiet => print(&table()),
+            Format::Table => Ok(()),
+        }
+    }
+
+    /// Tells the user something on standard error, unless they want no notes.
+    pub(crate) fn note(&self, text: &str) {
+        if !self.quiet {
+            note(text);
+        }
+    }
+
+    /// Whether there is progress to be shown to a person.
+    pub(crate) fn is_watched(&self) -> bool {
+        !self.quiet && super::is_watched()
+    }
+
+    /// Whether no table tells a person why the exit code is not 0.
+    pub(crate) fn has_no_table(&self) -> bool {
+        self.quiet || self.format == Format::Json
+    }
+}
 
 /// Writes results to standard output. A reader that has gone away (a closed pipe) is no failure.
 pub(crate) fn print(text: &str) -> Result<(), CliError> {
@@ -19,7 +98,7 @@ pub(crate) fn print(text: &str) -> Result<(), CliError> {
 }
 
 /// A value as an indented JSON document, ending in a newline.
-pub(crate) fn json(value: &impl Serialize) -> Result<String, CliError> {
+fn json(value: &impl Serialize) -> Result<String, CliError> {
     let mut text = serde_json::to_string_pretty(value).map_err(|error| CliError::Stdout(error.into()))?;
     text.push('\n');
     Ok(text)

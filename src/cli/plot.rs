@@ -6,7 +6,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 
 use clap::{Args, ValueEnum};
 use servosim::feedrate::{Motion, Profile, optimize_n_c};
-use servosim::recording::{Recording, Servo};
+use servosim::recording::{Recording, Sample, Third};
 use servosim::report::{self, PlotSample, RunData, RunFacts};
 use servosim::scenario::Document;
 
@@ -115,11 +115,11 @@ fn tell_apart(runs: &mut [RunData], files: &[PathBuf]) {
 pub(crate) fn load(path: &Path, stop: Option<&AtomicBool>) -> Result<RunData, CliError> {
     let mut data = RunData::new(RunFacts::default());
     let is_stopped = || stop.is_some_and(|stop| stop.load(Ordering::Relaxed));
-    let recording = Recording::read(path, |servo| {
+    let recording = Recording::read(path, |read| {
         if is_stopped() {
             return Err(io::ErrorKind::Interrupted.into());
         }
-        data.push(&sample(servo));
+        data.push(&sample(read));
         Ok(())
     })
     .map_err(|error| {
@@ -129,19 +129,21 @@ pub(crate) fn load(path: &Path, stop: Option<&AtomicBool>) -> Result<RunData, Cl
     Ok(data)
 }
 
-fn sample(servo: &Servo) -> PlotSample {
+fn sample(Sample { servo, third }: &Sample) -> PlotSample {
+    let Third { z, nearest_z_mm, rapid, .. } = third.unwrap_or_default();
     PlotSample {
         time_s: servo.time_s,
         s_mm: servo.path.s_mm,
         feed_mm_s: servo.path.feed_mm_s,
         accel_mm_s2: servo.path.accel_mm_s2,
         jerk_mm_s3: servo.path.jerk_mm_s3,
-        command_mm: [servo.x.command_mm, servo.y.command_mm],
-        actual_mm: [servo.x.actual_mm, servo.y.actual_mm],
-        nearest_mm: [servo.nearest.x_mm, servo.nearest.y_mm],
-        voltage_v: [servo.x.voltage_v, servo.y.voltage_v, 0.0],
+        command_mm: [servo.x.command_mm, servo.y.command_mm, z.command_mm],
+        actual_mm: [servo.x.actual_mm, servo.y.actual_mm, z.actual_mm],
+        nearest_mm: [servo.nearest.x_mm, servo.nearest.y_mm, nearest_z_mm],
+        voltage_v: [servo.x.voltage_v, servo.y.voltage_v, z.voltage_v],
         contour_error_um: servo.contour_error_um,
         tracking_error_um: servo.tracking_error_um,
+        rapid,
     }
 }
 
@@ -152,6 +154,7 @@ fn facts(path: &Path, recording: &Recording) -> RunFacts {
     let mut facts = RunFacts {
         name: recording.run.get("name").cloned().unwrap_or_else(stem),
         period_s: planned("period_s").unwrap_or(0.0),
+        three_axes: recording.axes > 2,
         voltage_limit_v: ["voltage_limit_x_v", "voltage_limit_y_v", "voltage_limit_z_v"]
             .map(|key| planned(key).unwrap_or(0.0)),
         closed: desired_path_mm.len() > 2 && desired_path_mm.first() == desired_path_mm.last(),

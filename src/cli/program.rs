@@ -16,10 +16,10 @@ use servosim::scenario::{Document, Part};
 use servosim::simulation::{Ending, Observer};
 use servosim::summary::{Summary, SummaryObserver};
 
-use super::output::{figure, json, make_folder, note, print, printable};
+use super::output::{figure, make_folder, note, printable};
 use super::part_table;
 use super::progress::Progress;
-use super::run::{Format, RunArgs, stop_flag};
+use super::run::{RunArgs, stop_flag};
 use super::table::{self, limit_lines, section};
 use super::toolpath::reading;
 use super::{CliError, Outcome, pictures, plot};
@@ -88,7 +88,7 @@ pub(crate) fn run(args: &RunArgs) -> Result<Outcome, CliError> {
     let stop = stop_flag();
     let wrong = |error: ProgramError| CliError::program(&file, error);
     let facts = ProgramFacts::of(open()?, &part.machine).map_err(wrong)?;
-    make_folder(&args.output)?;
+    make_folder(&args.out.folder)?;
     let inspection = if comes_alone {
         None
     } else {
@@ -98,11 +98,11 @@ pub(crate) fn run(args: &RunArgs) -> Result<Outcome, CliError> {
         )
     };
 
-    let recording = args.output.join(format!("{name}.mcap"));
+    let recording = args.out.folder.join(format!("{name}.mcap"));
     let mut recorder = Recorder::create(&recording, Facts::new(&name, &part.source))?;
     let recording_name = recording.file_name().map(|name| name.to_string_lossy().into_owned());
     let mut figures = SummaryObserver::<3>::new(name.as_str()).with_recording(recording_name);
-    let mut progress = Progress::new(!args.quiet && super::is_watched());
+    let mut progress = Progress::new(args.out.print.is_watched());
     let mut cut = inspection.as_ref().map(Inspection::part);
     let mut observers: Vec<&mut dyn Observer<3>> = vec![&mut figures, &mut recorder, &mut progress];
     if let Some(cut) = &mut cut {
@@ -129,20 +129,16 @@ pub(crate) fn run(args: &RunArgs) -> Result<Outcome, CliError> {
     };
     let pair = maps.as_ref().map(|(nominal, as_cut)| compared(&part, nominal, as_cut));
     let summary = ProgramSummary { run: &summary, program: of_program(&file, &facts), part: pair };
-    match args.format {
-        Format::Json => print(&json(&summary)?)?,
-        Format::Table if !args.quiet => print(&table(&summary))?,
-        Format::Table => {}
-    }
-    if let Some(format) = args.plots.format() {
+    args.out.print.show(&summary, || table(&summary))?;
+    if let Some(format) = args.out.plots.format() {
         let data = plot::load(&written[0], Some(&stop))?;
-        written.extend(servosim::report::write_all(&[data], &args.output, &name, format)?);
+        written.extend(servosim::report::write_all(&[data], &args.out.folder, &name, format)?);
         if let (Some((nominal, as_cut)), Some(pair)) = (&maps, &summary.part) {
             let maps = [("nominal", nominal, &pair.nominal), ("as cut", as_cut, &pair.as_cut)];
-            written.extend(pictures::of_maps(&part, &maps, |picture| picture.write(&args.output, &name, format))?);
+            written.extend(pictures::of_maps(&part, &maps, |picture| picture.write(&args.out.folder, &name, format))?);
         }
     }
-    if !args.quiet {
+    if !args.out.print.quiet {
         note(&plot::wrote(&written));
         if comes_alone {
             note(&format!(
@@ -159,7 +155,7 @@ pub(crate) fn run(args: &RunArgs) -> Result<Outcome, CliError> {
     if summary.run.passed() && broken.is_empty() {
         return Ok(Outcome::Fine);
     }
-    if args.quiet || args.format == Format::Json {
+    if args.out.print.has_no_table() {
         let run = table::failures(summary.run);
         note([vec![run], broken].concat().join("\n").trim_start());
     }

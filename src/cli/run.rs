@@ -5,7 +5,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, OnceLock};
 use std::time::{Duration, Instant};
 
-use clap::{Args, ValueEnum};
+use clap::Args;
 use servosim::analysis::margins;
 use servosim::limits::AXIS_NAMES;
 use servosim::recording::{Facts, Recorder};
@@ -13,9 +13,9 @@ use servosim::report;
 use servosim::scenario::{Document, Scenario};
 use servosim::simulation::{Ending, Observer};
 
-use super::output::{json, make_folder, note, print, short};
+use super::output::{OutputArgs, make_folder, note, short};
 use super::progress::Progress;
-use super::{CliError, Outcome, is_watched, plot, program, table};
+use super::{CliError, Outcome, plot, program, table};
 
 /// Arguments of `servosim run`.
 #[derive(Debug, Args)]
@@ -39,43 +39,8 @@ pub(crate) struct RunArgs {
     /// Replace one value of the scenario, such as axes.x.pdff.kpp=120 (may be given again)
     #[arg(long = "set", value_name = "KEY=VALUE")]
     pub(super) set: Vec<String>,
-    /// Folder for the recording and the plots; made if it is missing
-    #[arg(long, value_name = "DIR", default_value = "output")]
-    pub(super) output: PathBuf,
-    /// Format of the plots
-    #[arg(long, value_enum, default_value = "svg")]
-    pub(super) plots: Plots,
-    /// What to print: a table, or the summary as one JSON object and nothing else
-    #[arg(long, value_enum, default_value = "table")]
-    pub(super) format: Format,
-    /// Print no table, no progress and no notes: only errors, broken limits, and the JSON if asked for
-    #[arg(long, short)]
-    pub(super) quiet: bool,
-}
-
-/// Format of plots, or none.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
-pub(crate) enum Plots {
-    Svg,
-    Png,
-    None,
-}
-
-impl Plots {
-    pub(crate) fn format(self) -> Option<report::Format> {
-        match self {
-            Self::Svg => Some(report::Format::Svg),
-            Self::Png => Some(report::Format::Png),
-            Self::None => None,
-        }
-    }
-}
-
-/// What goes to standard output.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
-pub(crate) enum Format {
-    Table,
-    Json,
+    #[command(flatten)]
+    pub(super) out: OutputArgs,
 }
 
 /// What a control period takes in a recording, about.
@@ -100,33 +65,29 @@ pub(crate) fn run(args: &RunArgs) -> Result<Outcome, CliError> {
     }
     let scenario = document.scenario()?;
     let stop = stop_flag();
-    make_folder(&args.output)?;
+    make_folder(&args.out.folder)?;
 
     let simulation = scenario.simulation()?;
     let bytes = simulation.samples().saturating_mul(BYTES_A_SAMPLE);
-    if !args.quiet && bytes >= WORTH_A_WARNING {
+    if !args.out.print.quiet && bytes >= WORTH_A_WARNING {
         note(&format!(
             "note: {} samples make a recording of about {} GB in {}; Ctrl-C ends the run",
             simulation.samples(),
             short(bytes as f64 / 1e9, 2),
-            args.output.display()
+            args.out.folder.display()
         ));
     }
-    let path = args.output.join(format!("{}.mcap", scenario.name));
+    let path = args.out.folder.join(format!("{}.mcap", scenario.name));
     let replaces = path.is_file();
     let mut recorder = Recorder::create(&path, Facts::new(&scenario.name, &scenario.source))?;
     let name = path.file_name().map(|name| name.to_string_lossy().into_owned());
     let mut figures = scenario.summary_observer().with_recording(name);
-    let mut progress = Progress::new(!args.quiet && is_watched());
+    let mut progress = Progress::new(args.out.print.is_watched());
     let mut observers: Vec<&mut dyn Observer<2>> = vec![&mut figures, &mut recorder, &mut progress];
     let ending = simulation.run(&scenario.limits, Some(&stop), &mut observers)?;
     progress.finish();
     let summary = figures.summary();
-    let show = || match args.format {
-        Format::Json => print(&json(&summary)?),
-        Format::Table if !args.quiet => print(&table::table(&summary)),
-        Format::Table => Ok(()),
-    };
+    let show = || args.out.print.show(&summary, || table::table(&summary));
     if ending == Ending::Interrupted {
         let recording = recorder.interrupted(&summary)?.path.unwrap_or(path);
         show()?;
@@ -139,19 +100,18 @@ pub(crate) fn run(args: &RunArgs) -> Result<Outcome, CliError> {
     // Figures and recording are there whatever becomes of the plots.
     show()?;
     let plots = plots.map(|files| written.extend(files));
-    if !args.quiet {
+    if !args.out.print.quiet {
         let replaced = if replaces { " (the recording of an earlier run was replaced)" } else { "" };
         note(&format!("{}{replaced}", plot::wrote(&written)));
     }
     plots?;
-    if !args.quiet {
+    if !args.out.print.quiet {
         warn_of_instability(&scenario);
     }
     if summary.passed() {
         return Ok(Outcome::Fine);
     }
-    if args.quiet || args.format == Format::Json {
-        // Without the table nothing else tells a person why the exit code is not 0.
+    if args.out.print.has_no_table() {
         note(&table::failures(&summary));
     }
     Ok(Outcome::Broken)
@@ -170,9 +130,9 @@ fn warn_of_instability(scenario: &Scenario) {
 
 /// Draws the plots of the recording, as `servosim plot` does: what is seen is what was recorded.
 fn plots(args: &RunArgs, name: &str, recording: &Path, stop: &AtomicBool) -> Result<Vec<PathBuf>, CliError> {
-    let Some(format) = args.plots.format() else { return Ok(Vec::new()) };
+    let Some(format) = args.out.plots.format() else { return Ok(Vec::new()) };
     let data = plot::load(recording, Some(stop))?;
-    Ok(report::write_all(&[data], &args.output, name, format)?)
+    Ok(report::write_all(&[data], &args.out.folder, name, format)?)
 }
 
 /// Two signals closer together than this are one.

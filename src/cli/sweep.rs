@@ -1,8 +1,7 @@
 //! `servosim sweep`: one scenario at many points, computed so that a kill loses nothing.
 
 use std::fmt::Write as _;
-use std::io;
-use std::path::{Path, PathBuf};
+use std::path::Path;
 use std::sync::atomic::AtomicBool;
 use std::time::Instant;
 
@@ -14,7 +13,7 @@ use servosim::sweep::{
     export,
 };
 
-use super::output::{figure, make_folder, note, percent, print, printable, short};
+use super::output::{OutputArgs, figure, make_folder, note, percent, printable, short};
 use super::{CliError, Outcome as Found, is_watched, plot, run};
 
 /// Arguments of `servosim sweep`.
@@ -80,18 +79,8 @@ pub(crate) struct FinishArgs {
     /// The figure that the plot, the best point and the percentiles are of: a column of the tables
     #[arg(long, value_name = "COLUMN", default_value = "max_contour_error_um", value_parser = figure_of)]
     figure: Figure,
-    /// Folder for the tables and the plot; made if it is missing
-    #[arg(long, value_name = "DIR", default_value = "output")]
-    output: PathBuf,
-    /// Format of the plot
-    #[arg(long, value_enum, default_value = "svg")]
-    plots: run::Plots,
-    /// What to print: a table, or the figures as one JSON object and nothing else
-    #[arg(long, value_enum, default_value = "table")]
-    format: run::Format,
-    /// Print no table, no progress and no notes: only errors, and the JSON if asked for
-    #[arg(long, short)]
-    quiet: bool,
+    #[command(flatten)]
+    out: OutputArgs,
 }
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
@@ -139,22 +128,22 @@ pub(crate) fn run(args: &SweepArgs) -> Result<Found, CliError> {
     let sweep = Sweep::new(&document, &args.vary, &plan)?;
     let stop = run::stop_flag();
     let finish = &args.finish;
-    make_folder(&finish.output)?;
-    let session = Session::open(&sweep, &finish.output, args.shard.unwrap_or(Shard::WHOLE), args.fresh, None)?;
-    if !finish.quiet {
+    make_folder(&finish.out.folder)?;
+    let session = Session::open(&sweep, &finish.out.folder, args.shard.unwrap_or(Shard::WHOLE), args.fresh, None)?;
+    if !finish.out.print.quiet {
         match session.start() {
             Start::New => {}
             Start::Resumed(done) => note(&format!("going on after {done} of {} points", session.points())),
             Start::Finished => note("this shard is computed already"),
         }
     }
-    let journal = compute(session, &stop, finish.quiet)?;
+    let journal = compute(session, &stop, finish.out.print.quiet)?;
     if args.shard.is_some_and(|shard| shard.of > 1) {
-        if !finish.quiet {
+        if !finish.out.print.quiet {
             note(&format!(
                 "wrote {}; when all parts are there: servosim merge {}",
                 journal.path().display(),
-                finish.output.join(format!("{}-sweep.*.part", sweep.scenario().name)).display()
+                finish.out.folder.join(format!("{}-sweep.*.part", sweep.scenario().name)).display()
             ));
         }
         return Ok(Found::Fine);
@@ -206,32 +195,21 @@ fn compute(session: Session<'_>, stop: &AtomicBool, quiet: bool) -> Result<Journ
 impl FinishArgs {
     /// Writes tables and plot, and tells what came of the sweep.
     pub(crate) fn write(&self, sweep: &Sweep, journals: &[Journal], stop: &AtomicBool) -> Result<Found, CliError> {
-        let Exported { mut files, outcome, picture } = export(sweep, journals, &self.output, self.figure, Some(stop))?;
-        match self.format {
-            run::Format::Json => print(&json(&outcome)?)?,
-            run::Format::Table if !self.quiet => print(&table(&outcome))?,
-            run::Format::Table => {}
-        }
-        let plots = match self.plots.format() {
-            Some(format) => picture.write(&self.output, format).map(|plots| files.extend(plots)),
+        let Exported { mut files, outcome, picture } =
+            export(sweep, journals, &self.out.folder, self.figure, Some(stop))?;
+        self.out.print.show(&outcome, || table(&outcome))?;
+        let plots = match self.out.plots.format() {
+            Some(format) => picture.write(&self.out.folder, format).map(|plots| files.extend(plots)),
             None => Ok(()),
         };
-        if !self.quiet {
-            note(&plot::wrote(&files));
-        }
+        self.out.print.note(&plot::wrote(&files));
         plots?;
         Ok(Found::Fine)
     }
 
     pub(crate) fn folder(&self) -> &Path {
-        &self.output
+        &self.out.folder
     }
-}
-
-fn json(outcome: &Outcome) -> Result<String, CliError> {
-    let mut text = serde_json::to_string_pretty(outcome).map_err(|error| CliError::Stdout(io::Error::from(error)))?;
-    text.push('\n');
-    Ok(text)
 }
 
 /// The sweep in a few lines, ending in a newline. (Writing to a string does not fail.)

@@ -12,8 +12,8 @@ use servosim::limits::LimitCheck;
 use servosim::report;
 use servosim::scenario::Document;
 
-use super::output::{figure, json, make_folder, margin, note, print, printable, short};
-use super::run::{Format, stop_flag};
+use super::output::{PrintArgs, figure, make_folder, margin, note, printable, short};
+use super::run::stop_flag;
 use super::{CliError, Outcome, junit, tell};
 
 /// Arguments of `servosim test`.
@@ -37,15 +37,11 @@ pub(crate) struct TestArgs {
     /// Write the results as JUnit XML
     #[arg(long, value_name = "FILE")]
     junit: Option<PathBuf>,
-    /// What to print: a table, or the results as one JSON object and nothing else
-    #[arg(long, value_enum, default_value = "table")]
-    format: Format,
     /// How many scenarios run at a time [default: as many as there are cores]
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..))]
     jobs: Option<u16>,
-    /// Print no table: only errors, broken limits, and the JSON if asked for
-    #[arg(long, short)]
-    quiet: bool,
+    #[command(flatten)]
+    print: PrintArgs,
 }
 
 /// What became of a scenario.
@@ -124,19 +120,14 @@ pub(crate) fn run(args: &TestArgs) -> Result<Outcome, CliError> {
         unusable: count(Verdict::Unusable),
         failed: count(Verdict::Failed),
     };
-    match args.format {
-        Format::Json => print(&json(&suite)?)?,
-        Format::Table if !args.quiet => print(&table(&suite))?,
-        Format::Table => {}
-    }
+    args.print.show(&suite, || table(&suite))?;
     if let Some(file) = &args.junit {
         if let Some(folder) = file.parent().filter(|folder| *folder != Path::new("")) {
             make_folder(folder)?;
         }
         report::write_file(file, &junit::document(&results)?)?;
     }
-    if args.quiet || args.format == Format::Json {
-        // Without the table nothing else tells a person why the exit code is not 0.
+    if args.print.has_no_table() {
         for result in results.iter().filter(|result| matches!(result.verdict, Verdict::Broken | Verdict::LockedUp)) {
             let told = broken(result).into_iter().map(|text| format!("{}: {text}", result.scenario));
             note(&told.collect::<Vec<_>>().join("\n"));

@@ -8,8 +8,7 @@ use servosim::nc::{Reader, Reading};
 use servosim::report::write_file;
 use servosim::scenario::{Document, Part, PlannedProgram, ToolPathSummary};
 
-use super::output::{json, make_folder, note, print};
-use super::run::{Format, Plots};
+use super::output::{OutputArgs, make_folder, note};
 use super::{CliError, Outcome, part_table, pictures, plot, table};
 
 /// Arguments of `servosim toolpath`.
@@ -28,18 +27,8 @@ pub(crate) struct ToolpathArgs {
     /// Replace one value of the part, such as toolpath.fit=paper (may be given again)
     #[arg(long = "set", value_name = "KEY=VALUE")]
     set: Vec<String>,
-    /// Folder for the program and the plots; made if it is missing
-    #[arg(long, value_name = "DIR", default_value = "output")]
-    output: PathBuf,
-    /// Format of the plots
-    #[arg(long, value_enum, default_value = "svg")]
-    plots: Plots,
-    /// What to print: a table, or the summary as one JSON object and nothing else
-    #[arg(long, value_enum, default_value = "table")]
-    format: Format,
-    /// Print no table and no notes: only errors, broken limits, and the JSON if asked for
-    #[arg(long, short)]
-    quiet: bool,
+    #[command(flatten)]
+    out: OutputArgs,
 }
 
 /// Plans, writes, checks and draws.
@@ -49,13 +38,13 @@ pub(crate) fn run(args: &ToolpathArgs) -> Result<Outcome, CliError> {
         document.set(key_value)?;
     }
     let part = document.part()?;
-    make_folder(&args.output)?;
+    make_folder(&args.out.folder)?;
     let path = part.tool_path()?;
     let program = PlannedProgram::new(&part, &path)?;
-    let file = args.output.join(format!("{}.nc", part.name));
+    let file = args.out.folder.join(format!("{}.nc", part.name));
     let mut written = vec![file.clone()];
     write_file(&file, program.text.as_bytes())?;
-    written.extend(write_beside(&document, &part, &args.output)?);
+    written.extend(write_beside(&document, &part, &args.out.folder)?);
 
     // What is checked is what stands in the file.
     let blocks = || Reader::new(program.text.as_bytes(), file.display().to_string(), reading(&part));
@@ -66,30 +55,24 @@ pub(crate) fn run(args: &ToolpathArgs) -> Result<Outcome, CliError> {
     let map = inspection.nominal(blocks()).map_err(|error| CliError::inspection(&file, error))?;
     let nominal = PartFigures::of(&map, part.options.scallop_mm, part.options.tolerance_mm);
     let summary = ToolPathSummary::new(&part, &path, &program, &facts, nominal);
-    if let Some(format) = args.plots.format() {
+    if let Some(format) = args.out.plots.format() {
         written.extend(pictures::of_path(&part, &path, &inspection, &summary).write(
-            &args.output,
+            &args.out.folder,
             &part.name,
             format,
         )?);
         let maps = [("nominal", &map, &summary.nominal)];
-        written.extend(pictures::of_maps(&part, &maps, |picture| picture.write(&args.output, &part.name, format))?);
+        written.extend(pictures::of_maps(&part, &maps, |picture| picture.write(&args.out.folder, &part.name, format))?);
     }
-    match args.format {
-        Format::Json => print(&json(&summary)?)?,
-        Format::Table if !args.quiet => print(&part_table::tool_path(&summary))?,
-        Format::Table => {}
-    }
-    if !args.quiet {
-        note(&plot::wrote(&written));
-        for remark in &program.remarks {
-            note(&format!("note: {remark}"));
-        }
+    args.out.print.show(&summary, || part_table::tool_path(&summary))?;
+    args.out.print.note(&plot::wrote(&written));
+    for remark in &program.remarks {
+        args.out.print.note(&format!("note: {remark}"));
     }
     if summary.passed() {
         return Ok(Outcome::Fine);
     }
-    if args.quiet || args.format == Format::Json {
+    if args.out.print.has_no_table() {
         note(&table::broken(&summary.limits).join("\n"));
     }
     Ok(Outcome::Broken)

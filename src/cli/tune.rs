@@ -11,10 +11,10 @@ use servosim::tuning::{
     findings,
 };
 
-use super::output::{figure, json, make_folder, note, print};
+use super::output::{OutputArgs, figure, make_folder};
 use super::progress::SearchProgress;
-use super::run::{Format, Plots, stop_flag};
-use super::{CliError, Outcome, is_watched, plot, tune_file, tune_table};
+use super::run::stop_flag;
+use super::{CliError, Outcome, plot, tune_file, tune_table};
 
 /// Arguments of `servosim tune`.
 #[derive(Debug, Args)]
@@ -80,18 +80,8 @@ pub(crate) struct TuneArgs {
     /// How many gain sets are evaluated [default: what takes a few seconds]
     #[arg(long, value_name = "EVALUATIONS")]
     budget: Option<usize>,
-    /// Folder for the tuned scenario and the plot; made if it is missing
-    #[arg(long, value_name = "DIR", default_value = "output")]
-    output: PathBuf,
-    /// Format of the plot
-    #[arg(long, value_enum, default_value = "svg")]
-    plots: Plots,
-    /// What to print: tables, or one JSON object and nothing else
-    #[arg(long, value_enum, default_value = "table")]
-    format: Format,
-    /// Print no tables, no progress and no notes: only errors, and the JSON if asked for
-    #[arg(long, short)]
-    quiet: bool,
+    #[command(flatten)]
+    out: OutputArgs,
 }
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
@@ -133,32 +123,27 @@ pub(crate) fn run(args: &TuneArgs) -> Result<Outcome, CliError> {
         seed: args.seed,
         budget: args.budget.unwrap_or(defaults.budget),
     };
-    let file = tune_file::Place::new(&args.output, &scenario.name)?;
+    let file = tune_file::Place::new(&args.out.folder, &scenario.name)?;
     let stop = stop_flag();
 
-    let progress = SearchProgress::new(!args.quiet && is_watched(), "µm");
+    let progress = SearchProgress::new(args.out.print.is_watched(), "µm");
     let tuned = tuning.run(&problem, &stop, &|state| progress.show(state.evaluations, state.budget, state.best))?;
     progress.finish();
     let findings = findings(&problem, &tuning, &tuned);
-    let show = || match args.format {
-        Format::Json => print(&json(&findings)?),
-        Format::Table if !args.quiet && findings.feasible => print(&tune_table::tables(&findings)),
-        Format::Table => Ok(()),
-    };
+    let tables = || if findings.feasible { tune_table::tables(&findings) } else { String::new() };
+    let show = || args.out.print.show(&findings, tables);
     if !findings.feasible {
         show()?;
         return Err(nothing_allowed(&findings));
     }
-    let tuned_file = make_folder(&args.output).and_then(|()| file.write(&document, &findings));
+    let tuned_file = make_folder(&args.out.folder).and_then(|()| file.write(&document, &findings));
     let plots = tuned_file.is_ok().then(|| plot_convergence(args, &scenario, &findings, &tuned));
     // The figures are shown whatever becomes of the files: with a full disk the gains in them are all that is left of the search.
     show()?;
     let mut written = vec![tuned_file?];
     let plots = plots.unwrap_or(Ok(Vec::new()));
     let plots = plots.map(|files| written.extend(files));
-    if !args.quiet {
-        note(&plot::wrote(&written));
-    }
+    args.out.print.note(&plot::wrote(&written));
     plots?;
     if tuned.interrupted || stop.load(Ordering::Relaxed) {
         let scenario = written.swap_remove(0);
@@ -234,11 +219,11 @@ fn plot_convergence(
     findings: &Findings,
     tuned: &Tuned,
 ) -> Result<Vec<PathBuf>, CliError> {
-    let Some(format) = args.plots.format() else { return Ok(Vec::new()) };
+    let Some(format) = args.out.plots.format() else { return Ok(Vec::new()) };
     let subtitle = tune_table::headline(findings);
     let searches = tuned.traces.iter().map(|trace| (trace.start, trace.steps.as_slice())).collect();
     let convergence = Convergence { name: &scenario.name, subtitle: &subtitle, unit: "µm", searches };
-    Ok(report::write_convergence(&convergence, &args.output, &scenario.name, format)?)
+    Ok(report::write_convergence(&convergence, &args.out.folder, &scenario.name, format)?)
 }
 
 impl From<TuningError> for CliError {

@@ -1,25 +1,23 @@
 //! `/servo` as comma-separated values: one line a control period, full double precision.
 
 use std::io::{self, Write};
+use std::mem;
 
-use super::messages::Servo;
+use super::messages::{Sample, Servo, Third};
 
 /// Names the columns and says how each is written: `group.field` becomes the column `group_field`.
 macro_rules! columns {
-    ($servo:ident, $out:ident: $first:ident $(, $group:ident $(. $field:ident)?)*) => {
-        /// The names of the columns, with their units.
-        pub const COLUMNS: &[&str] =
-            &[stringify!($first) $(, concat!(stringify!($group) $(, "_", stringify!($field))?))*];
+    (
+        $(#[$meta:meta])* $names:ident;
+        $row:ident, $message:ident: $type:ty;
+        $($group:ident $(. $field:ident)?),*
+    ) => {
+        $(#[$meta])*
+        pub const $names: &[&str] = &[$(concat!(stringify!($group) $(, "_", stringify!($field))?)),*];
 
-        /// Writes the values of one control period, and the end of the line. Numbers read back as the same double; a flag
-        /// is 0 or 1.
-        ///
-        /// # Errors
-        /// Those of `out`.
-        pub fn write_row($out: &mut dyn Write, $servo: &Servo) -> io::Result<()> {
-            write!($out, "{}", $servo.$first)?;
-            $(write!($out, ",{}", Cell::from($servo.$group $(.$field)?).0)?;)*
-            writeln!($out)
+        fn $row(out: &mut dyn Write, $message: &$type, mut before: &'static str) -> io::Result<()> {
+            $(write!(out, "{}{}", mem::replace(&mut before, ","), Cell::from($message.$group $(.$field)?).0)?;)*
+            Ok(())
         }
     };
 }
@@ -40,7 +38,9 @@ impl From<bool> for Cell {
 }
 
 columns! {
-    servo, out:
+    /// The names of the columns, with their units.
+    COLUMNS;
+    write_servo, servo: Servo;
     time_s,
     path.s_mm, path.feed_mm_s, path.accel_mm_s2, path.jerk_mm_s3,
     x.command_mm, x.actual_mm, x.velocity_command_rad_s, x.velocity_rad_s, x.torque_nm, x.voltage_v, x.saturated,
@@ -51,12 +51,34 @@ columns! {
     nearest.x_mm, nearest.y_mm, nearest.s_mm
 }
 
-/// Writes the line with the names of the columns.
+columns! {
+    /// The names of the columns that follow for a machine with three axes.
+    THIRD_COLUMNS;
+    write_third, third: Third;
+    z.command_mm, z.actual_mm, z.velocity_command_rad_s, z.velocity_rad_s, z.torque_nm, z.voltage_v, z.saturated,
+    z.setpoint_velocity_mm_s, z.setpoint_accel_mm_s2, z.setpoint_jerk_mm_s3,
+    nearest_z_mm, line, rapid
+}
+
+/// Writes the line with the names of the columns of a machine with this many axes.
 ///
 /// # Errors
 /// Those of `out`.
-pub fn write_header(out: &mut dyn Write) -> io::Result<()> {
-    writeln!(out, "{}", COLUMNS.join(","))
+pub fn write_header(out: &mut dyn Write, axes: usize) -> io::Result<()> {
+    let third = if axes > 2 { THIRD_COLUMNS } else { &[] };
+    writeln!(out, "{}", [COLUMNS, third].concat().join(","))
+}
+
+/// Writes the values of one control period, and the end of the line. Numbers read back as the same double; a flag is 0 or 1.
+///
+/// # Errors
+/// Those of `out`.
+pub fn write_row(out: &mut dyn Write, sample: &Sample) -> io::Result<()> {
+    write_servo(out, &sample.servo, "")?;
+    if let Some(third) = &sample.third {
+        write_third(out, third, ",")?;
+    }
+    writeln!(out)
 }
 
 #[cfg(test)]
@@ -64,8 +86,8 @@ mod tests {
     use prost::Message;
     use prost_types::FileDescriptorSet;
 
-    use super::COLUMNS;
-    use crate::recording::messages::Servo;
+    use super::{COLUMNS, THIRD_COLUMNS};
+    use crate::recording::messages::{Servo, Servo3};
     use crate::recording::schema::Described;
 
     fn leaves(set: &FileDescriptorSet, name: &str, prefix: &str) -> Vec<String> {
@@ -83,5 +105,7 @@ mod tests {
     fn validates_columns_against_the_schema() {
         let set = FileDescriptorSet::decode(&Servo::schema()[..]).unwrap();
         assert_eq!(COLUMNS, leaves(&set, ".servosim.Servo", ""));
+        let set = FileDescriptorSet::decode(&Servo3::schema()[..]).unwrap();
+        assert_eq!([COLUMNS, THIRD_COLUMNS].concat(), leaves(&set, ".servosim.Servo3", ""));
     }
 }

@@ -1,6 +1,6 @@
 //! The messages of a run: schema `servosim.Servo`, one a control period.
 
-use super::schema::fixed_message;
+use super::schema::{Described, Draft, Files, fixed_message};
 
 fixed_message! {
     "servosim/PathSignals.proto"
@@ -79,24 +79,9 @@ fixed_message! {
 }
 
 fixed_message! {
-    "servosim/Servo3.proto"
-    /// All signals of one control period of a machine with three axes: those of [`Servo`] under the same numbers, so that it can be
-    /// read as one, then those of the third axis and the place in the program.
-    pub struct Servo3 {
-        /// Time `k Δt` \[s\].
-        1 => [double] time_s: f64,
-        /// Motion along the path.
-        2 => [message] path: PathSignals,
-        /// The x axis.
-        3 => [message] x: AxisSignals,
-        /// The y axis.
-        4 => [message] y: AxisSignals,
-        /// Signed distance of the tool from the desired path, positive to the left of the direction of travel seen from +Z \[µm\].
-        5 => [double] contour_error_um: f64,
-        /// Distance of the tool from the setpoint \[µm\].
-        6 => [double] tracking_error_um: f64,
-        /// Where on the desired path the contouring error is measured from.
-        7 => [message] nearest: Nearest,
+    "servosim/Third.proto"
+    /// What a sample of a machine with three axes holds beside the signals of [`Servo`].
+    pub struct Third {
         /// The z axis.
         8 => [message] z: AxisSignals,
         /// Z of the nearest point \[mm\].
@@ -108,20 +93,46 @@ fixed_message! {
     }
 }
 
-// The fast encoding writes the length of an inner message in one byte.
-const _: () = assert!(PathSignals::LENGTH < 128 && AxisSignals::LENGTH < 128 && Nearest::LENGTH < 128);
+/// The message of a machine with three axes: the fields of [`Servo`] under the same numbers, so that it can be read as one, then
+/// those of [`Third`]. On the wire it is the one behind the other.
+pub(crate) enum Servo3 {}
 
-impl Servo {
-    /// The encoded message, which always has the same length.
-    #[inline]
-    pub(crate) fn to_bytes(self) -> [u8; Self::LENGTH] {
-        let mut bytes = [0; Self::LENGTH];
-        self.put_fields(&mut bytes, 0);
-        bytes
+impl Described for Servo3 {
+    const FILE: &'static str = "servosim/Servo3.proto";
+    const NAME: &'static str = "Servo3";
+
+    fn fields(files: &mut Files, draft: &mut Draft) {
+        Servo::fields(files, draft);
+        Third::fields(files, draft);
     }
 }
 
 impl Servo3 {
+    const LENGTH: usize = Servo::LENGTH + Third::LENGTH;
+
+    /// The encoded message, which always has the same length.
+    #[inline]
+    pub(crate) fn to_bytes(servo: &Servo, third: &Third) -> [u8; Self::LENGTH] {
+        let mut bytes = [0; Self::LENGTH];
+        let behind = servo.put_fields(&mut bytes, 0);
+        third.put_fields(&mut bytes, behind);
+        bytes
+    }
+}
+
+/// A control period as a recording holds it.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Sample {
+    /// The signals of every machine.
+    pub servo: Servo,
+    /// What a machine with three axes adds to them.
+    pub third: Option<Third>,
+}
+
+// The fast encoding writes the length of an inner message in one byte.
+const _: () = assert!(PathSignals::LENGTH < 128 && AxisSignals::LENGTH < 128 && Nearest::LENGTH < 128);
+
+impl Servo {
     /// The encoded message, which always has the same length.
     #[inline]
     pub(crate) fn to_bytes(self) -> [u8; Self::LENGTH] {
@@ -162,23 +173,11 @@ mod tests {
         };
         for servo in [servo, Servo::default()] {
             assert_eq!(servo.to_bytes()[..], servo.encode_to_vec());
-            let Servo { time_s, path, x, y, contour_error_um, tracking_error_um, nearest } = servo;
-            let z = axis(3.5, true);
-            let three = Servo3 {
-                time_s,
-                path,
-                x,
-                y,
-                contour_error_um,
-                tracking_error_um,
-                nearest,
-                z,
-                nearest_z_mm: 12.0,
-                line: 13.0,
-                rapid: true,
-            };
-            assert_eq!(three.to_bytes()[..], three.encode_to_vec());
-            assert_eq!(Servo::decode(&three.to_bytes()[..]).unwrap().to_bytes(), servo.to_bytes(), "read as two axes");
+            let third = Third { z: axis(3.5, true), nearest_z_mm: 12.0, line: 13.0, rapid: true };
+            let bytes = Servo3::to_bytes(&servo, &third);
+            assert_eq!(bytes[..], [servo.encode_to_vec(), third.encode_to_vec()].concat());
+            assert_eq!(Servo::decode(&bytes[..]).unwrap().to_bytes(), servo.to_bytes(), "read as two axes");
+            assert_eq!(Third::decode(&bytes[..]).unwrap().encode_to_vec(), third.encode_to_vec(), "and as the third");
         }
     }
 }

@@ -3,7 +3,7 @@
 //! | topic | schema | when |
 //! |---|---|---|
 //! | `/servo` | `servosim.Servo` ([`Servo`]) | once a control period; `sequence` is its number `k` |
-//! | | `servosim.Servo3` ([`Servo3`]) | the same of a run with three axes; can be read as a `Servo` |
+//! | | `servosim.Servo3` ([`Servo`], then [`Third`]) | the same of a run with three axes; can be read as a `servosim.Servo` |
 //! | `/scene` | `foxglove.SceneUpdate` | the desired path at `t = 0`, then the actual path and the magnified error in pieces |
 //! | `/log` | `foxglove.Log` | first and last line, and every [`Event`](crate::limits::Event) between (saturations thinned) |
 //!
@@ -27,7 +27,7 @@ mod scene;
 mod schema;
 
 pub use error::{ReadError, RecordingError};
-pub use messages::{AxisSignals, Nearest, PathSignals, Servo, Servo3};
+pub use messages::{AxisSignals, Nearest, PathSignals, Sample, Servo, Third};
 pub use reader::{AttachmentInfo, LogLevel, LogLine, Recording, TopicInfo};
 pub use recorder::{Facts, Recorder, Saved};
 

@@ -7,14 +7,14 @@ use std::path::Path;
 
 use mcap::sans_io::{LinearReadEvent, LinearReader, LinearReaderOptions};
 use mcap::{MAGIC, McapError};
-use prost::Message;
+use prost::{DecodeError, Message};
 use serde_json::Value;
 use sha2::{Digest, Sha256};
 
 use super::error::ReadError;
 use super::fields::{self, Fields};
 use super::foxglove::{Level, Log, SceneUpdate};
-use super::messages::{Servo, Servo3};
+use super::messages::{Sample, Servo, Servo3, Third};
 use super::scene::DESIRED;
 use super::schema::Described;
 use super::{LOG_TOPIC, PLAN_METADATA, RUN_METADATA, SCENARIO_NAME, SCENE_TOPIC, SERVO_TOPIC, SUMMARY_NAME};
@@ -46,6 +46,8 @@ pub struct Recording {
     pub topics: Vec<TopicInfo>,
     /// Attachments in the order of the file.
     pub attachments: Vec<AttachmentInfo>,
+    /// Axes of the machine: 2 or 3.
+    pub axes: usize,
     /// Samples read.
     pub samples: u64,
     /// Time of the first and of the last sample \[s\].
@@ -121,7 +123,7 @@ impl Recording {
     /// # Errors
     /// The file cannot be opened or read, is not a recording, or is damaged (every checksum is checked); or `visit` failed.
     /// Samples before the damage have been shown by then.
-    pub fn read(path: impl AsRef<Path>, visit: impl FnMut(&Servo) -> io::Result<()>) -> Result<Self, ReadError> {
+    pub fn read(path: impl AsRef<Path>, visit: impl FnMut(&Sample) -> io::Result<()>) -> Result<Self, ReadError> {
         let path = path.as_ref();
         let name = path.display().to_string();
         if path.is_dir() {
@@ -140,7 +142,7 @@ impl Recording {
     pub fn read_from(
         name: &str,
         mut source: impl Read + Seek,
-        visit: impl FnMut(&Servo) -> io::Result<()>,
+        visit: impl FnMut(&Sample) -> io::Result<()>,
     ) -> Result<Self, ReadError> {
         let failed = |source| ReadError::Read { name: name.to_owned(), source };
         let ends = ends_as_recording(&mut source).map_err(failed)?;
@@ -149,8 +151,13 @@ impl Recording {
             Ends::Foreign => return Err(ReadError::NotMcap { name: name.to_owned() }),
             Ends::Whole | Ends::Open => {}
         }
-        let mut scan =
-            Scan { name, found: Self::default(), schemas: BTreeMap::new(), channels: BTreeMap::new(), visit };
+        let mut scan = Scan {
+            name,
+            found: Self { axes: 2, ..Self::default() },
+            schemas: BTreeMap::new(),
+            channels: BTreeMap::new(),
+            visit,
+        };
         let options = LinearReaderOptions::default()
             .with_prevalidate_chunk_crcs(true)
             .with_validate_data_section_crc(true)
@@ -244,6 +251,7 @@ fn in_words(error: McapError) -> String {
 #[derive(Clone, Copy, PartialEq)]
 enum Content {
     Servo,
+    Servo3,
     Scene,
     Log,
     Other,
@@ -259,7 +267,7 @@ struct Scan<'a, V> {
     visit: V,
 }
 
-impl<V: FnMut(&Servo) -> io::Result<()>> Scan<'_, V> {
+impl<V: FnMut(&Sample) -> io::Result<()>> Scan<'_, V> {
     fn damaged(&self, what: &str) -> ReadError {
         ReadError::Damaged { name: self.name.to_owned(), what: what.to_owned() }
     }
@@ -308,8 +316,11 @@ impl<V: FnMut(&Servo) -> io::Result<()>> Scan<'_, V> {
         let is = |topic: &str, name: String| {
             channel.topic == topic && schema == name && channel.message_encoding == "protobuf"
         };
-        let content = if is(SERVO_TOPIC, Servo::full_name()) || is(SERVO_TOPIC, Servo3::full_name()) {
+        let content = if is(SERVO_TOPIC, Servo::full_name()) {
             Content::Servo
+        } else if is(SERVO_TOPIC, Servo3::full_name()) {
+            self.found.axes = 3;
+            Content::Servo3
         } else if is(SCENE_TOPIC, SceneUpdate::full_name()) {
             Content::Scene
         } else if is(LOG_TOPIC, Log::full_name()) {
@@ -332,13 +343,14 @@ impl<V: FnMut(&Servo) -> io::Result<()>> Scan<'_, V> {
         topic.messages += 1;
         let first = topic.messages == 1;
         match content {
-            Content::Servo => {
-                let servo =
-                    Servo::decode(body).map_err(|error| self.damaged(&format!("a sample is not one: {error}")))?;
+            Content::Servo | Content::Servo3 => {
+                let sample = sample(body, content == Content::Servo3)
+                    .map_err(|error| self.damaged(&format!("a sample is not one: {error}")))?;
+                let servo = &sample.servo;
                 self.found.samples += 1;
                 let (start, _) = self.found.time_range_s.unwrap_or((servo.time_s, servo.time_s));
                 self.found.time_range_s = Some((start, servo.time_s));
-                (self.visit)(&servo).map_err(ReadError::Visitor)
+                (self.visit)(&sample).map_err(ReadError::Visitor)
             }
             Content::Scene if first => {
                 let scene =
@@ -393,6 +405,12 @@ impl<V: FnMut(&Servo) -> io::Result<()>> Scan<'_, V> {
         }
         Ok(self.found)
     }
+}
+
+/// A sample of a machine with two axes or with three.
+fn sample(body: &[u8], third: bool) -> Result<Sample, DecodeError> {
+    let third = if third { Some(Third::decode(body)?) } else { None };
+    Ok(Sample { servo: Servo::decode(body)?, third })
 }
 
 /// SHA-256 of a text, in hexadecimal digits.

@@ -13,7 +13,7 @@ use prost::Message;
 use super::error::{RecordingError, into_io};
 use super::foxglove::{Level, Log, SceneUpdate};
 use super::log::{self, Thinning};
-use super::messages::{AxisSignals, Nearest, PathSignals, Servo, Servo3};
+use super::messages::{AxisSignals, Nearest, PathSignals, Servo, Servo3, Third};
 use super::place::Place;
 use super::reader::hex_sha256;
 use super::scene::Scene;
@@ -410,7 +410,7 @@ impl<W: Write> Observer<3> for Recorder<W> {
 
     #[inline]
     fn period(&mut self, period: &Period<3>) -> Result<(), ObserverError> {
-        Ok(self.add_period(period, |period, place| servo3(period, place).to_bytes())?)
+        Ok(self.add_period(period, |period, place| Servo3::to_bytes(&servo(period), &third(period, place)))?)
     }
 
     fn event(&mut self, event: &Event) -> Result<(), ObserverError> {
@@ -454,7 +454,7 @@ fn path_signals<const A: usize>(setpoint: &crate::interpolator::Setpoint<A>) -> 
 
 /// A period as its message.
 #[inline]
-pub(crate) fn servo(period: &Period<2>) -> Servo {
+pub(crate) fn servo<const A: usize>(period: &Period<A>) -> Servo {
     Servo {
         time_s: period.time_s,
         path: path_signals(&period.setpoint),
@@ -462,26 +462,14 @@ pub(crate) fn servo(period: &Period<2>) -> Servo {
         y: axis(period, 1),
         contour_error_um: period.contour_error_um,
         tracking_error_um: period.tracking_error_um,
-        nearest: Nearest { x_mm: period.nearest_mm.x, y_mm: period.nearest_mm.y, s_mm: period.nearest_s_mm },
+        nearest: Nearest { x_mm: period.nearest_mm[0], y_mm: period.nearest_mm[1], s_mm: period.nearest_s_mm },
     }
 }
 
-/// A period of a machine with three axes as its message.
+/// What a machine with three axes adds to it.
 #[inline]
-fn servo3(period: &Period<3>, place: &BlockPlace) -> Servo3 {
-    Servo3 {
-        time_s: period.time_s,
-        path: path_signals(&period.setpoint),
-        x: axis(period, 0),
-        y: axis(period, 1),
-        contour_error_um: period.contour_error_um,
-        tracking_error_um: period.tracking_error_um,
-        nearest: Nearest { x_mm: period.nearest_mm.x, y_mm: period.nearest_mm.y, s_mm: period.nearest_s_mm },
-        z: axis(period, 2),
-        nearest_z_mm: period.nearest_mm.z,
-        line: place.line as f64,
-        rapid: place.rapid,
-    }
+fn third(period: &Period<3>, place: &BlockPlace) -> Third {
+    Third { z: axis(period, 2), nearest_z_mm: period.nearest_mm.z, line: place.line as f64, rapid: place.rapid }
 }
 
 /// Puts the message into the buffer, which grows to the largest message and is then reused.

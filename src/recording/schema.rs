@@ -18,14 +18,26 @@ pub(crate) struct Files {
 }
 
 /// A message that knows its own `.proto` file; every message has a file of its own, as foxglove's have.
-pub(crate) trait Described: Message {
+pub(crate) trait Described {
     /// Path of the file, such as `foxglove/Color.proto`; its folders are the package.
     const FILE: &'static str;
     /// Name without the package.
     const NAME: &'static str;
 
+    /// Adds the fields, and the files of the messages in them.
+    fn fields(files: &mut Files, draft: &mut Draft);
+
     /// Adds the message's file, after those that it depends on.
-    fn describe(files: &mut Files);
+    fn describe(files: &mut Files)
+    where
+        Self: Sized,
+    {
+        if files.begin(Self::FILE) {
+            let mut draft = Draft::new::<Self>();
+            Self::fields(files, &mut draft);
+            files.add(Self::FILE, draft);
+        }
+    }
 
     /// Name with the package, such as `foxglove.Color`.
     fn full_name() -> String {
@@ -33,7 +45,10 @@ pub(crate) trait Described: Message {
     }
 
     /// The encoded `FileDescriptorSet` that a reader decodes the message with.
-    fn schema() -> Vec<u8> {
+    fn schema() -> Vec<u8>
+    where
+        Self: Sized,
+    {
         let mut files = Files::default();
         Self::describe(&mut files);
         files.set.encode_to_vec()
@@ -204,16 +219,12 @@ macro_rules! message {
             const FILE: &'static str = $file;
             const NAME: &'static str = stringify!($name);
 
-            fn describe(files: &mut $crate::recording::schema::Files) {
-                if files.begin(Self::FILE) {
-                    let mut draft = $crate::recording::schema::Draft::new::<Self>();
-                    $($(draft.enumeration::<$inner>();)+)?
-                    $(
-                        let enumeration = None$(.or(Some(<$enumeration as $crate::recording::schema::DescribedEnum>::NAME)))?;
-                        draft.field::<$type>(files, (stringify!($field), $tag), stringify!($kind $(, $label)*), enumeration);
-                    )*
-                    files.add(Self::FILE, draft);
-                }
+            fn fields(files: &mut $crate::recording::schema::Files, draft: &mut $crate::recording::schema::Draft) {
+                $($(draft.enumeration::<$inner>();)+)?
+                $(
+                    let enumeration = None$(.or(Some(<$enumeration as $crate::recording::schema::DescribedEnum>::NAME)))?;
+                    draft.field::<$type>(files, (stringify!($field), $tag), stringify!($kind $(, $label)*), enumeration);
+                )*
             }
         }
 

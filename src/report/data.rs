@@ -3,7 +3,7 @@
 use crate::feedrate::Motion;
 use crate::limits::LimitCheck;
 use crate::optimize::Step;
-use crate::simulation::{Observer, ObserverError, Period, RunPlan};
+use crate::simulation::{Observer, ObserverError, Period, Place, RunPlan};
 
 /// Most buckets that a run is kept in. Up to this many samples every one is kept.
 pub const MAX_BUCKETS: usize = 8192;
@@ -18,7 +18,7 @@ pub struct RunFacts {
     pub name: String,
     /// Control period \[s\].
     pub period_s: f64,
-    /// Whether the machine has a third axis: its voltage is drawn too. Paths are drawn in plan.
+    /// Whether the machine has a third axis: its voltage is drawn too, and the path in three dimensions.
     pub three_axes: bool,
     /// Voltage limit of each axis \[V\]; not drawn unless positive and finite.
     pub voltage_limit_v: [f64; 3],
@@ -56,31 +56,33 @@ pub struct PlotSample {
     pub accel_mm_s2: f64,
     /// Commanded jerk along the path \[mm/s³\].
     pub jerk_mm_s3: f64,
-    /// Setpoint \[mm\].
-    pub command_mm: [f64; 2],
+    /// Setpoint \[mm\]; Z is 0 where there is no such axis.
+    pub command_mm: [f64; 3],
     /// Where the tool is \[mm\].
-    pub actual_mm: [f64; 2],
+    pub actual_mm: [f64; 3],
     /// The nearest point of the desired path \[mm\].
-    pub nearest_mm: [f64; 2],
+    pub nearest_mm: [f64; 3],
     /// Voltage of each axis \[V\]; 0 of one that there is not.
     pub voltage_v: [f64; 3],
     /// Signed contouring error \[µm\].
     pub contour_error_um: f64,
     /// Tracking error \[µm\].
     pub tracking_error_um: f64,
+    /// Whether the motion is rapid.
+    pub rapid: bool,
 }
 
 /// Number of signals in a sample, the time aside.
-const SIGNALS: usize = 15;
+const SIGNALS: usize = 18;
 
 impl PlotSample {
     /// Every signal but the time.
     fn signals(&self) -> [f64; SIGNALS] {
-        let ([cx, cy], [ax, ay], [nx, ny]) = (self.command_mm, self.actual_mm, self.nearest_mm);
+        let ([cx, cy, cz], [ax, ay, az], [nx, ny, nz]) = (self.command_mm, self.actual_mm, self.nearest_mm);
         let [vx, vy, vz] = self.voltage_v;
         let (a, j) = (self.accel_mm_s2, self.jerk_mm_s3);
         let errors = (self.contour_error_um, self.tracking_error_um);
-        [self.s_mm, self.feed_mm_s, a, j, cx, cy, ax, ay, nx, ny, vx, vy, vz, errors.0, errors.1]
+        [self.s_mm, self.feed_mm_s, a, j, cx, cy, cz, ax, ay, az, nx, ny, nz, vx, vy, vz, errors.0, errors.1]
     }
 
     fn is_finite(&self) -> bool {
@@ -89,21 +91,22 @@ impl PlotSample {
 }
 
 impl<const A: usize> From<&Period<A>> for PlotSample {
-    /// The path in plan, the voltages of up to three axes.
+    /// Up to three axes.
     fn from(period: &Period<A>) -> Self {
-        let pair = |of: &dyn Fn(usize) -> f64| [0, 1].map(|axis| if axis < A { of(axis) } else { 0.0 });
+        let each = |of: &dyn Fn(usize) -> f64| [0, 1, 2].map(|axis| if axis < A { of(axis) } else { 0.0 });
         Self {
             time_s: period.time_s,
             s_mm: period.setpoint.s_mm,
             feed_mm_s: period.setpoint.feed_mm_s,
             accel_mm_s2: period.setpoint.accel_mm_s2,
             jerk_mm_s3: period.setpoint.jerk_mm_s3,
-            command_mm: pair(&|axis| period.setpoint.position_mm[axis]),
-            actual_mm: pair(&|axis| period.actual_mm[axis]),
-            nearest_mm: pair(&|axis| period.nearest_mm[axis]),
-            voltage_v: [0, 1, 2].map(|axis| if axis < A { period.axes[axis].voltage_v } else { 0.0 }),
+            command_mm: each(&|axis| period.setpoint.position_mm[axis]),
+            actual_mm: each(&|axis| period.actual_mm[axis]),
+            nearest_mm: each(&|axis| period.nearest_mm[axis]),
+            voltage_v: each(&|axis| period.axes[axis].voltage_v),
             contour_error_um: period.contour_error_um,
             tracking_error_um: period.tracking_error_um,
+            rapid: false,
         }
     }
 }
@@ -210,13 +213,15 @@ pub struct RunData {
     /// The bucket being filled, and how many samples went into it.
     open: Option<(Box<Bucket>, u64)>,
     figures: Figures,
+    /// Whether the block that an observed run is in is rapid motion.
+    rapid: bool,
 }
 
 impl RunData {
     /// A run without samples yet.
     pub fn new(facts: RunFacts) -> Self {
         let figures = Figures::default();
-        Self { facts, samples: Vec::new(), ends: Vec::new(), per_bucket: 1, open: None, figures }
+        Self { facts, samples: Vec::new(), ends: Vec::new(), per_bucket: 1, open: None, figures, rapid: false }
     }
 
     /// The facts given.
@@ -312,7 +317,12 @@ impl<const A: usize> Observer<A> for RunData {
     }
 
     fn period(&mut self, period: &Period<A>) -> Result<(), ObserverError> {
-        self.push(&PlotSample::from(period));
+        self.push(&PlotSample { rapid: self.rapid, ..PlotSample::from(period) });
+        Ok(())
+    }
+
+    fn place(&mut self, place: &Place) -> Result<(), ObserverError> {
+        self.rapid = place.rapid;
         Ok(())
     }
 }

@@ -7,8 +7,8 @@ use super::sheet::Sheet;
 use super::{Format, PlotKind, ReportError, RunData, drawn, plots};
 
 /// Draws every plot that applies to the runs and writes `STEM-path.svg`, `STEM-contour.svg`, `STEM-feedrate.svg`,
-/// `STEM-voltage.svg` and, when there was a search, `STEM-search.svg` into `folder` (made if missing; existing files are
-/// replaced). Returns the files in this order.
+/// `STEM-voltage.svg`, of machines with three axes `STEM-space.svg`, and when there was a search `STEM-search.svg` into `folder`
+/// (made if missing; existing files are replaced). Returns the files in this order.
 ///
 /// All plots are drawn before the first is written, and each file appears under its name only when it is complete.
 ///

@@ -21,6 +21,7 @@ fn run(name: &str, samples: u32, duration_s: f64, size: f64) -> RunData {
     let mut data = RunData::new(RunFacts {
         name: name.to_owned(),
         period_s: 1e-3,
+        three_axes: size >= 1.0,
         voltage_limit_v: [5.0, 10.0 * size, 5.0],
         limits: vec![
             limit("contour_error_um", 30.0 * size),
@@ -43,12 +44,13 @@ fn run(name: &str, samples: u32, duration_s: f64, size: f64) -> RunData {
             feed_mm_s: 100.0 * (10.0 * share).min(1.0),
             accel_mm_s2: 1900.0 * wave,
             jerk_mm_s3: 49000.0 * size * wave,
-            command_mm: [size * share, wave],
-            actual_mm: [size * share + 0.02 * size, wave],
-            nearest_mm: [size * share, wave],
+            command_mm: [size * share, wave, 0.5 * wave],
+            actual_mm: [size * share + 0.02 * size, wave, 0.5 * wave],
+            nearest_mm: [size * share, wave, 0.5 * wave],
             voltage_v: [4.5 * wave, -9.0 * size * wave, wave],
             contour_error_um: 29.0 * size * wave,
             tracking_error_um: 100.0,
+            rapid: k % 100 < 20,
         });
     }
     data
@@ -143,6 +145,7 @@ fn every_axis_has_at_least_two_ticks_and_no_label_twice_in_a_row() {
             assert!(!equal, "{name}: {row:?}");
         }
         let titles = texts.iter().filter(|text| text.upwards).count();
-        assert!(titles > 0 && texts.len() >= 4 * titles, "{name}");
+        // In space the titles of the axes stand level.
+        assert!(name.contains("Space") || titles > 0 && texts.len() >= 4 * titles, "{name}");
     });
 }

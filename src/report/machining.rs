@@ -5,10 +5,12 @@
 
 use std::path::{Path, PathBuf};
 
+use serde::Serialize;
+
 use super::files::write_sheets;
 use super::plots::{deviation, path_3d, rings, stepover};
 use super::{Format, ReportError, drawn};
-use crate::toolpath::stepover::{StepoverError, exact_mm, fast_mm};
+use crate::toolpath::stepover::{StepoverError, exact_mm, fast_mm, flat_mm};
 
 /// One deviation map.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -121,51 +123,97 @@ impl PathPicture {
     }
 }
 
-/// The fast step-over form beside the exact one, at one curvature radius.
-#[derive(Debug, Clone, Copy, PartialEq)]
+/// The three step-over forms at one curvature radius.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct StepoverRow {
     /// Scallop height \[mm\].
     pub scallop_mm: f64,
     /// Curvature radius \[mm\]: positive where convex, negative where concave.
     pub curvature_radius_mm: f64,
+    /// The step-over on a flat surface \[mm\].
+    pub flat_mm: f64,
     /// The exact step-over \[mm\].
     pub exact_mm: f64,
     /// The fast one \[mm\].
     pub fast_mm: f64,
-    /// `100 |w' - w| / w`.
+    /// Error of the fast form, `100 |w' - w| / w`.
     pub error_percent: f64,
+    /// The same of the flat form.
+    pub flat_error_percent: f64,
 }
 
-/// The error of the fast step-over form for a cutter radius, at one scallop height and curvature radius \[mm\].
+/// The step-over forms for a cutter radius, at one scallop height and curvature radius \[mm\].
 ///
 /// # Errors
 /// As those of [`exact_mm`].
 pub fn stepover_row(radius_mm: f64, scallop_mm: f64, curvature_radius_mm: f64) -> Result<StepoverRow, StepoverError> {
     let exact = exact_mm(radius_mm, scallop_mm, curvature_radius_mm)?;
     let fast = fast_mm(radius_mm, scallop_mm, curvature_radius_mm)?;
-    let error_percent = 100.0 * (fast - exact).abs() / exact;
-    Ok(StepoverRow { scallop_mm, curvature_radius_mm, exact_mm: exact, fast_mm: fast, error_percent })
+    let flat = flat_mm(radius_mm, scallop_mm)?;
+    let error_percent = |form: f64| 100.0 * (form - exact).abs() / exact;
+    Ok(StepoverRow {
+        scallop_mm,
+        curvature_radius_mm,
+        flat_mm: flat,
+        exact_mm: exact,
+        fast_mm: fast,
+        error_percent: error_percent(fast),
+        flat_error_percent: error_percent(flat),
+    })
 }
 
-/// The paper's table: cutter radius 5 mm; scallop heights 0.01 and 0.1 mm; curvature radii 10, 4, -9, -10 and -11 mm.
-pub fn stepover_table() -> Vec<StepoverRow> {
-    let radii = [10.0, 4.0, -9.0, -10.0, -11.0];
-    let cases = radii.into_iter().flat_map(|radius| stepover::SCALLOPS_MM.map(|scallop| (scallop, radius)));
-    cases.filter_map(|(scallop, radius)| stepover_row(stepover::CUTTER_MM, scallop, radius).ok()).collect()
-}
-
-/// The paper's comparison of the step-over forms as a plot: the bytes of an SVG document (UTF-8) or of a PNG file.
+/// The comparison of the step-over forms: a table, and the error of the fast form over the curvature radius as a plot.
 ///
-/// # Errors
-/// A failure of the drawing backend.
-pub fn draw_stepover(format: Format) -> Result<Vec<u8>, ReportError> {
-    drawn(&stepover::sheet(), "stepover", format)
+/// [`StepoverPicture::default`] is the paper's: cutter radius 5 mm; scallop heights 0.01 and 0.1 mm; curvature radii 10, 4, -9, -10
+/// and -11 mm.
+#[derive(Debug, Clone, PartialEq)]
+pub struct StepoverPicture {
+    /// Cutter radius \[mm\].
+    pub radius_mm: f64,
+    /// Scallop heights \[mm\].
+    pub scallops_mm: Vec<f64>,
+    /// Curvature radii of the table \[mm\]: positive where convex, negative where concave, infinite where flat. Those in the range
+    /// of the plot are marked there.
+    pub curvature_radii_mm: Vec<f64>,
+    /// Curvature radii that the plot shows, without sign \[mm\].
+    pub range_mm: [f64; 2],
 }
 
-/// Writes the plot of [`draw_stepover`] as `STEM-stepover.svg` (or `.png`) into `folder`.
-///
-/// # Errors
-/// A stem that is no plain file name, a failure of the drawing backend, a file that cannot be written.
-pub fn write_stepover(folder: &Path, stem: &str, format: Format) -> Result<Vec<PathBuf>, ReportError> {
-    write_sheets([("stepover", stepover::sheet())], folder, stem, format)
+impl Default for StepoverPicture {
+    fn default() -> Self {
+        Self {
+            radius_mm: 5.0,
+            scallops_mm: vec![0.01, 0.1],
+            curvature_radii_mm: vec![10.0, 4.0, -9.0, -10.0, -11.0],
+            range_mm: [2.0, 100.0],
+        }
+    }
+}
+
+impl StepoverPicture {
+    /// The table: every curvature radius with every scallop height.
+    ///
+    /// # Errors
+    /// As those of [`exact_mm`], of the first row that is not possible.
+    pub fn rows(&self) -> Result<Vec<StepoverRow>, StepoverError> {
+        let cases =
+            self.curvature_radii_mm.iter().flat_map(|radius| self.scallops_mm.iter().map(move |h| (*h, *radius)));
+        cases.map(|(scallop, radius)| stepover_row(self.radius_mm, scallop, radius)).collect()
+    }
+
+    /// The plot: the bytes of an SVG document (UTF-8) or of a PNG file. What is not possible is left out.
+    ///
+    /// # Errors
+    /// A failure of the drawing backend.
+    pub fn draw(&self, format: Format) -> Result<Vec<u8>, ReportError> {
+        drawn(&stepover::sheet(self), "stepover", format)
+    }
+
+    /// Writes `STEM-stepover.svg` (or `.png`) into `folder`.
+    ///
+    /// # Errors
+    /// A stem that is no plain file name, a failure of the drawing backend, a file that cannot be written.
+    pub fn write(&self, folder: &Path, stem: &str, format: Format) -> Result<Vec<PathBuf>, ReportError> {
+        write_sheets([("stepover", stepover::sheet(self))], folder, stem, format)
+    }
 }

@@ -1,12 +1,12 @@
 //! That the pictures of tool paths are laid out as a person would: nothing off the sheet, no text on another.
 
 use super::curve::Frame;
-use super::machining::{DeviationPanel, DeviationPicture, MoveKind, PathMove, PathPicture};
+use super::machining::{DeviationPanel, DeviationPicture, MoveKind, PathMove, PathPicture, StepoverPicture};
 use super::plots::{deviation, path_3d, rings, stepover};
 use super::sheet::{HEIGHT_PX, Lettering, Mark, Sheet, WIDTH_PX};
 
 fn sheets() -> Vec<(String, Sheet)> {
-    let mut sheets = vec![("stepover".to_owned(), stepover::sheet())];
+    let mut sheets = vec![("stepover".to_owned(), stepover::sheet(&StepoverPicture::default()))];
     for columns in [1, 20, 100, 2000] {
         for size in [1e-4, 1.0, 30.0, 1e6] {
             for maps in [1, 2] {

@@ -9,11 +9,12 @@
 //! | [`PlotKind::Path`] | desired path, actual path, and the contouring error drawn large, at equal scale of both axes |
 //! | [`PlotKind::Contour`] | contouring error over time, its limit, its largest value |
 //! | [`PlotKind::Feedrate`] | feed, acceleration and jerk over time with their limits, beside another profile |
-//! | [`PlotKind::Voltage`] | voltage of both axes with the saturation band |
+//! | [`PlotKind::Voltage`] | voltage of every axis with the saturation band |
+//! | [`PlotKind::Space`] | path of a machine with three axes in three dimensions, coloured by its contouring error |
 //! | [`PlotKind::Search`] | pattern search for `n_c`: objective, best point, mesh size and evaluations over iterations |
 //!
 //! [`write_loops`] draws the servo loops themselves: Bode, Nyquist, step response.
-//! [`write_convergence`] plots how a tuning converged. [`DeviationPicture`], [`PathPicture`] and [`write_stepover`] show tool paths
+//! [`write_convergence`] plots how a tuning converged. [`DeviationPicture`], [`PathPicture`] and [`StepoverPicture`] show tool paths
 //! and the part that they leave.
 //!
 //! The same runs give the same bytes. Text is laid out with the bundled font (`DejaVu` Sans); an SVG names it first and falls back
@@ -45,8 +46,7 @@ pub use data::{MAX_BUCKETS, PlotSample, RunData, RunFacts};
 pub use files::{write_all, write_file};
 pub use loops::write_loops;
 pub use machining::{
-    DeviationPanel, DeviationPicture, MoveKind, PathMove, PathPicture, StepoverRow, draw_stepover, stepover_row,
-    stepover_table, write_stepover,
+    DeviationPanel, DeviationPicture, MoveKind, PathMove, PathPicture, StepoverPicture, StepoverRow, stepover_row,
 };
 pub use sweep::{SweepAxis, SweepCell, SweepPicture, SweepPlot};
 
@@ -61,13 +61,15 @@ pub enum PlotKind {
     Feedrate,
     /// Voltages over time.
     Voltage,
+    /// Path in three dimensions.
+    Space,
     /// Pattern search over iterations.
     Search,
 }
 
 impl PlotKind {
     /// Every plot, in the order in which [`write_all`] writes them.
-    pub const ALL: [Self; 5] = [Self::Path, Self::Contour, Self::Feedrate, Self::Voltage, Self::Search];
+    pub const ALL: [Self; 6] = [Self::Path, Self::Contour, Self::Feedrate, Self::Voltage, Self::Space, Self::Search];
 
     /// Name in file names.
     pub fn name(self) -> &'static str {
@@ -76,14 +78,26 @@ impl PlotKind {
             Self::Contour => "contour",
             Self::Feedrate => "feedrate",
             Self::Voltage => "voltage",
+            Self::Space => "space",
             Self::Search => "search",
         }
     }
 
-    /// Whether these runs hold anything to draw: a search is there only when one of them searched.
+    /// Why there is nothing to draw.
+    fn missing(self) -> &'static str {
+        match self {
+            Self::Search => "no run has a pattern search",
+            Self::Space => "no run has a third axis",
+            _ => "no run was given",
+        }
+    }
+
+    /// Whether these runs hold anything to draw: a search is there only when one of them searched, a path in space only of a
+    /// machine with three axes.
     pub fn applies_to(self, runs: &[RunData]) -> bool {
         match self {
             Self::Search => runs.iter().any(|run| run.facts().n_c_search.as_ref().is_some_and(|s| !s.is_empty())),
+            Self::Space => runs.iter().any(|run| run.facts().three_axes),
             _ => !runs.is_empty(),
         }
     }
@@ -114,7 +128,7 @@ impl Format {
 #[non_exhaustive]
 pub enum ReportError {
     /// There is no run, or none with a search.
-    #[error("nothing to draw in a {} plot: {}", kind.name(), if *kind == PlotKind::Search { "no run has a pattern search" } else { "no run was given" })]
+    #[error("nothing to draw in a {} plot: {}", kind.name(), kind.missing())]
     Nothing {
         /// Which plot.
         kind: PlotKind,

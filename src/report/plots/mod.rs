@@ -34,6 +34,7 @@ pub(super) fn sheet(runs: &[RunData], kind: PlotKind) -> Sheet {
         PlotKind::Contour => time::contour(&runs),
         PlotKind::Feedrate => feedrate::sheet(&runs),
         PlotKind::Voltage => time::voltage(&runs),
+        PlotKind::Space => path_3d::of_runs(&runs),
         PlotKind::Search => search::sheet(&runs),
     }
 }

@@ -1,12 +1,15 @@
-//! A tool path in three dimensions: seen from above, from the right and the front, without perspective.
+//! Paths in three dimensions: seen from above, from the right and the front, without perspective.
 
 use super::super::axis::{Axis, Range, figure, power_of_ten, round_up_125};
 use super::super::curve::{Frame, Px, length};
 use super::super::font;
 use super::super::machining::{MoveKind, PathPicture};
+use super::super::panel::{Entry, Heading};
 use super::super::sheet::{Anchor, BORDER, GRID, Lettering, Pen, Sheet};
 use super::rings::{AIR, LINK_TEXT, ends, heading, mark_ends, places};
 use super::sweep::colour::{ROOM_PX, Scale};
+use super::time::LEAST_ERROR_UM;
+use super::{Named, capital, heading as run_heading, samples};
 
 /// Turn of the part about Z and slant of the view: sines and cosines of 35 and 32 degrees.
 const TURN: (f64, f64) = (0.573_576_436_351_046, 0.819_152_044_288_991_8);
@@ -39,13 +42,9 @@ impl View {
     }
 }
 
-pub(in super::super) fn sheet(picture: &PathPicture) -> Sheet {
-    let mut sheet = Sheet::default();
-    let points = || picture.moves.iter().flat_map(places);
-    let ranges = [0, 1, 2].map(|i| {
-        let range = Range::of(points().map(|p| p[i]));
-        range.opened(1e-3)
-    });
+/// The view of what lies in these ranges, with the heading above it and the box around it drawn, and the frame of the picture.
+fn stage(sheet: &mut Sheet, mut head: Heading, ranges: [Range; 3], room_px: f64) -> (View, Frame) {
+    let ranges = ranges.map(|range| range.opened(1e-3));
     let wide = ranges[0].span().max(ranges[1].span());
     let times = if ranges[2].span() < LEAST_HEIGHT * wide {
         let (digit, exponent) = round_up_125(0.63 * LEAST_HEIGHT * wide / ranges[2].span());
@@ -53,15 +52,12 @@ pub(in super::super) fn sheet(picture: &PathPicture) -> Sheet {
     } else {
         1.0
     };
-    let mut head = heading(picture, "tool path in three dimensions");
-    // Here every cutting move has the colour of its height.
-    head.legend.retain(|entry| entry.text != LINK_TEXT);
     if times > 1.0 {
         let large = format!("heights drawn {} times as large", figure(times, 3));
-        head.subtitle = if head.subtitle.is_empty() { large } else { format!("{}; {large}", head.subtitle) };
+        head.subtitle = if head.subtitle.is_empty() { capital(&large) } else { format!("{}; {large}", head.subtitle) };
     }
-    let space = head.draw(&mut sheet);
-    let frame = Frame { right: space.right - ROOM_PX, bottom: space.bottom + 30.0, ..space };
+    let space = head.draw(sheet);
+    let frame = Frame { right: space.right - room_px, bottom: space.bottom + 30.0, ..space };
     let middle = ranges.map(|range| range.middle());
     let corners = (0..8).map(|k| [0, 1, 2].map(|i| if k >> i & 1 == 0 { ranges[i].low } else { ranges[i].high }));
     let flat: Vec<Px> = corners.map(|c| View::plain([0, 1, 2].map(|i| c[i] - middle[i]), times)).collect();
@@ -69,38 +65,98 @@ pub(in super::super) fn sheet(picture: &PathPicture) -> Sheet {
     let px_per_mm = ((frame.width() - 2.0 * ROOM) / across.span()).min((frame.height() - 2.0 * ROOM) / up.span());
     let centre = (0.5 * (frame.left + frame.right), 0.5 * (frame.top + frame.bottom));
     let view = View { middle, px_per_mm, times, centre };
+    box_and_axes(sheet, &view, ranges);
+    (view, frame)
+}
 
-    box_and_axes(&mut sheet, &view, ranges);
-    let bar = Frame { top: frame.top + 20.0, bottom: frame.bottom - 40.0, ..frame };
+/// The bar of the colours, and the scale behind it.
+fn scale_of(values: Range, frame: &Frame) -> (Scale, Frame) {
+    let bar = Frame { top: frame.top + 20.0, bottom: frame.bottom - 40.0, ..*frame };
+    (Scale::of_lines(values, bar.height(), false), bar)
+}
+
+/// A line through places with a value each, every piece in the colour of the mean of its ends.
+fn coloured(sheet: &mut Sheet, view: &View, frame: &Frame, scale: &Scale, line: &[([f64; 3], f64)]) {
+    // Pieces of one colour together.
+    let colour = |i: usize| scale.step(0.5 * line[i].1 + 0.5 * line[i + 1].1) / 3;
+    let mut from = 0;
+    while from + 1 < line.len() {
+        let step = colour(from);
+        let mut to = from + 1;
+        while to + 1 < line.len() && colour(to) == step {
+            to += 1;
+        }
+        let run: Vec<Px> = line[from..=to].iter().map(|(p, _)| view.at(*p)).collect();
+        sheet.curve(&run, frame, Pen::solid(Scale::colour(3 * step + 1), 1.3));
+        from = to;
+    }
+}
+
+pub(in super::super) fn sheet(picture: &PathPicture) -> Sheet {
+    let mut sheet = Sheet::default();
+    let ranges = [0, 1, 2].map(|i| Range::of(picture.moves.iter().flat_map(places).map(|p| p[i])));
+    let mut head = heading(picture, "tool path in three dimensions");
+    // Here every cutting move has the colour of its height.
+    head.legend.retain(|entry| entry.text != LINK_TEXT);
+    let (view, frame) = stage(&mut sheet, head, ranges, ROOM_PX);
     let heights = picture.moves.iter().filter(|m| m.kind != MoveKind::Air).flat_map(places).map(|p| p[2]);
     let cut = Range::of(heights);
-    let scale = Scale::of_lines(cut, bar.height(), false);
-    let page = Frame { left: frame.left, top: frame.top, right: frame.right, bottom: frame.bottom };
+    let (scale, bar) = scale_of(cut, &frame);
     for part in picture.moves.iter().filter(|m| m.kind != MoveKind::Air) {
-        let line: Vec<[f64; 3]> = places(part).collect();
-        // Pieces of one colour together.
-        let colour = |pair: &[[f64; 3]]| scale.step(0.5 * pair[0][2] + 0.5 * pair[1][2]) / 3;
-        let mut from = 0;
-        while from + 1 < line.len() {
-            let step = colour(&line[from..from + 2]);
-            let mut to = from + 1;
-            while to + 1 < line.len() && colour(&line[to..to + 2]) == step {
-                to += 1;
-            }
-            let run: Vec<Px> = line[from..=to].iter().map(|p| view.at(*p)).collect();
-            sheet.curve(&run, &page, Pen::solid(Scale::colour(3 * step + 1), 1.3));
-            from = to;
-        }
+        let line: Vec<_> = places(part).map(|p| (p, p[2])).collect();
+        coloured(&mut sheet, &view, &frame, &scale, &line);
     }
     for part in picture.moves.iter().filter(|m| m.kind == MoveKind::Air) {
         let line: Vec<Px> = places(part).map(|p| view.at(p)).collect();
-        sheet.curve(&line, &page, AIR);
+        sheet.curve(&line, &frame, AIR);
     }
     if let Some(ends) = ends(picture) {
         mark_ends(&mut sheet, ends.map(|p| view.at(p)));
     }
     if !cut.is_empty() {
         scale.draw(&mut sheet, &bar, "height z", "mm");
+    }
+    sheet
+}
+
+/// The actual paths of runs: of one run coloured by its contouring error, of several each in the run's colour.
+pub(super) fn of_runs(runs: &[Named<'_>]) -> Sheet {
+    let mut sheet = Sheet::default();
+    let samples = samples(runs);
+    let cutting = || samples.iter().flatten().filter(|sample| !sample.rapid);
+    let ranges = [0, 1, 2].map(|i| Range::of(samples.iter().flatten().map(|sample| sample.actual_mm[i])));
+    let mut errors = Range::of(cutting().map(|sample| sample.contour_error_um.abs()));
+    errors.include(0.0);
+    let mut head = run_heading(runs, "actual path in three dimensions");
+    if runs.len() == 1 {
+        head.subtitle = format!("Largest contouring error at the feed {} µm", figure(errors.high, 4));
+    } else {
+        head.legend.extend(runs.iter().map(|run| Entry::line(run.pen(1.3), run.short())));
+    }
+    if samples.iter().flatten().any(|sample| sample.rapid) {
+        head.legend.push(Entry::line(AIR, "rapid motion"));
+    }
+    let (view, frame) = stage(&mut sheet, head, ranges, if runs.len() == 1 { ROOM_PX } else { 0.0 });
+    let (scale, bar) = scale_of(errors.opened(LEAST_ERROR_UM), &frame);
+    for (run, samples) in runs.iter().zip(&samples) {
+        let mut before = None;
+        for part in samples.chunk_by(|a, b| a.rapid == b.rapid) {
+            // Each begins where the one before ends.
+            let line = || before.into_iter().chain(part.iter());
+            let px = || line().map(|sample| view.at(sample.actual_mm)).collect::<Vec<Px>>();
+            if part.first().is_some_and(|sample| sample.rapid) {
+                sheet.curve(&px(), &frame, AIR);
+            } else if runs.len() == 1 {
+                let line: Vec<_> = line().map(|s| (s.actual_mm, s.contour_error_um.abs())).collect();
+                coloured(&mut sheet, &view, &frame, &scale, &line);
+            } else {
+                sheet.curve(&px(), &frame, run.pen(1.3));
+            }
+            before = part.last();
+        }
+    }
+    if runs.len() == 1 && cutting().next().is_some() {
+        scale.draw(&mut sheet, &bar, "contouring error", "µm");
     }
     sheet
 }

@@ -2,84 +2,125 @@
 
 use super::super::axis::{Axis, Range, figure};
 use super::super::curve::{Dash, Frame};
-use super::super::machining::{stepover_row, stepover_table};
+use super::super::machining::{StepoverPicture, StepoverRow, stepover_row};
 use super::super::panel::{Entry, Heading, Panel, gutter};
 use super::super::sheet::{Pen, RUN_COLOURS, Sheet};
 
-/// Cutter radius \[mm\] and scallop heights \[mm\] of the paper's comparison.
-pub(in super::super) const CUTTER_MM: f64 = 5.0;
-pub(in super::super) const SCALLOPS_MM: [f64; 2] = [0.01, 0.1];
-
-/// Curvature radii shown \[mm\].
-const RADII: Range = Range { low: 2.0, high: 100.0 };
+/// Points of a curve.
 const SAMPLES: u32 = 400;
+/// Decades of the error shown at most: where the forms cross it is nothing at all.
+const MOST_DECADES: f64 = 1e5;
+/// Neighbouring concave radii up to this many times each other are told of together.
+const TOGETHER: f64 = 1.5;
 
-fn pen(scallop_mm: f64, convex: bool) -> Pen {
-    let colour = RUN_COLOURS[usize::from(scallop_mm > SCALLOPS_MM[0])];
+fn pen(scallop: usize, convex: bool) -> Pen {
+    let colour = RUN_COLOURS[scallop % RUN_COLOURS.len()];
     Pen { dash: (!convex).then_some(Dash::new(8.0, 4.0)), ..Pen::solid(colour, 2.0) }
 }
 
-pub(in super::super) fn sheet() -> Sheet {
+/// Radii that can be drawn: the range asked for, else the paper's.
+fn radii(picture: &StepoverPicture) -> Range {
+    let [low, high] = picture.range_mm;
+    let sound = low >= 1e-6 && high <= 1e9 && high >= 1.001 * low;
+    let [low, high] = if sound { [low, high] } else { StepoverPicture::default().range_mm };
+    Range { low, high }
+}
+
+pub(in super::super) fn sheet(picture: &StepoverPicture) -> Sheet {
     let mut sheet = Sheet::default();
+    let (radii, cutter) = (radii(picture), picture.radius_mm);
     let mut curves = Vec::new();
-    for scallop in SCALLOPS_MM {
+    for (i, scallop) in picture.scallops_mm.iter().enumerate() {
         for convex in [true, false] {
             let sign = if convex { 1.0 } else { -1.0 };
             let points: Vec<(f64, f64)> = (0..=SAMPLES)
-                .map(|i| RADII.low * libm::pow(RADII.high / RADII.low, f64::from(i) / f64::from(SAMPLES)))
+                .map(|i| radii.low * libm::pow(radii.high / radii.low, f64::from(i) / f64::from(SAMPLES)))
                 // In a hollow hardly wider than the cutter the error runs away.
-                .filter(|radius| convex || *radius >= 1.05 * CUTTER_MM)
-                .filter_map(|radius| stepover_row(CUTTER_MM, scallop, sign * radius).ok())
+                .filter(|radius| convex || *radius >= 1.05 * cutter)
+                .filter_map(|radius| stepover_row(cutter, *scallop, sign * radius).ok())
                 .map(|row| (row.curvature_radius_mm.abs(), row.error_percent))
                 .collect();
-            curves.push((scallop, convex, points));
+            curves.push((i, convex, points));
         }
     }
-    let legend = curves.iter().map(|(scallop, convex, _)| {
+    let legend = curves.iter().filter(|(_, _, points)| !points.is_empty()).map(|(i, convex, _)| {
         let bent = if *convex { "convex" } else { "concave" };
-        Entry::line(pen(*scallop, *convex), format!("{bent}, h = {} mm", figure(*scallop, 3)))
+        let scallop = picture.scallops_mm.get(*i).copied().unwrap_or_default();
+        Entry::line(pen(*i, *convex), format!("{bent}, h = {} mm", figure(scallop, 3)))
     });
-    let head = Heading {
+    let mut head = Heading {
         title: "Step-over: error of the fast form".to_owned(),
         subtitle: format!(
-            "(v − w)/w of the fast form v = √(8 h r R/(R + r)), w exact, without sign; cutter radius r = {} mm; the points are the paper's table",
-            figure(CUTTER_MM, 3)
+            "(v − w)/w of the fast form v = √(8 h r R/(R + r)), w exact, without sign; cutter radius r = {} mm; the points are {}",
+            figure(cutter, 3),
+            if *picture == StepoverPicture::default() { "the paper's table" } else { "those of the table" }
         ),
         legend: legend.collect(),
         ..Heading::default()
     };
+    let mut errors = Range::of(curves.iter().flat_map(|(_, _, points)| points).map(|(_, error)| *error));
+    if errors.is_empty() {
+        head.warnings.push("Nothing to show: no curvature radius of this range has a step-over".to_owned());
+        errors = Range { low: 0.1, high: 1.0 };
+    }
+    errors.high = errors.high.max(1e-9);
+    errors.low = errors.low.max(errors.high / MOST_DECADES);
     let space = head.draw(&mut sheet);
-    let errors = Range::of(curves.iter().flat_map(|(_, _, points)| points).map(|(_, error)| *error));
     let y = Axis::decades(Range { low: 0.6 * errors.low, high: 1.3 * errors.high });
     let gutter = gutter(&[&y]);
     let frame = Frame { left: space.left + gutter, right: space.right - 8.0, ..space };
-    let mut panel = Panel::new(frame, Axis::decades(RADII), y);
+    let mut panel = Panel::new(frame, Axis::decades(radii), y);
     panel.grid(&mut sheet);
-    for (scallop, convex, points) in curves {
-        panel.curve(&mut sheet, points, pen(scallop, convex));
+    for (i, convex, points) in curves {
+        panel.curve(&mut sheet, points, pen(i, convex));
     }
-    let rows = stepover_table();
-    for row in &rows {
+    let marked: Vec<Vec<StepoverRow>> = picture
+        .scallops_mm
+        .iter()
+        .map(|scallop| {
+            let rows = picture.curvature_radii_mm.iter().filter_map(|r| stepover_row(cutter, *scallop, *r).ok());
+            rows.filter(|row| panel.holds(panel.at(row.curvature_radius_mm.abs(), row.error_percent))).collect()
+        })
+        .collect();
+    for (i, row) in marked.iter().enumerate().flat_map(|(i, rows)| rows.iter().map(move |row| (i, row))) {
         let at = panel.at(row.curvature_radius_mm.abs(), row.error_percent);
-        sheet.ring(at, 4.5, 1.8, pen(row.scallop_mm, true).colour);
+        sheet.ring(at, 4.5, 1.8, pen(i, true).colour);
         panel.keep_clear(vec![(at.0, at.1 - 8.0), (at.0, at.1 + 9.0)]);
     }
-    for row in &rows {
-        let at = panel.at(row.curvature_radius_mm.abs(), row.error_percent);
-        let error = |radius: f64| {
-            let same = rows.iter().find(|r| r.scallop_mm == row.scallop_mm && r.curvature_radius_mm == radius);
-            figure(same.map_or(f64::NAN, |row| row.error_percent), 3)
-        };
-        let text = match row.curvature_radius_mm {
-            // Of the three concave ones the middle says it.
-            -10.0 => format!("R = −11 … −9: {} … {} %", error(-11.0), error(-9.0)),
-            radius if radius > 0.0 => format!("R = {}: {} %", figure(radius, 3), error(radius)),
-            _ => continue,
-        };
-        panel.point_label(&mut sheet, at, &text, pen(row.scallop_mm, true).colour);
+    for (i, rows) in marked.iter().enumerate() {
+        for (of, text) in labels(rows) {
+            // Below or above all points that it is of.
+            let px = of.iter().map(|row| panel.at(row.curvature_radius_mm.abs(), row.error_percent));
+            let (x, y) = (Range::of(px.clone().map(|at| at.0)), Range::of(px.map(|at| at.1)));
+            panel.point_label(&mut sheet, (x.middle(), y.high), &text, pen(i, true).colour);
+        }
     }
     panel.border(&mut sheet, true, true);
     panel.x_title(&mut sheet, "curvature radius |R|", "mm");
     panel.y_title(&mut sheet, gutter, "error of the fast step-over", "%");
     sheet
+}
+
+/// What is said of the points of one scallop height: of neighbouring concave ones it is said once.
+fn labels(rows: &[StepoverRow]) -> Vec<(Vec<StepoverRow>, String)> {
+    let signed = |radius: f64| figure(radius, 3);
+    let mut sorted = rows.to_vec();
+    sorted.sort_by(|a, b| a.curvature_radius_mm.total_cmp(&b.curvature_radius_mm));
+    let together = |a: &StepoverRow, b: &StepoverRow| {
+        b.curvature_radius_mm < 0.0 && a.curvature_radius_mm >= TOGETHER * b.curvature_radius_mm
+    };
+    let text = |group: &[StepoverRow]| match group {
+        [first, .., last] => format!(
+            "R = {} … {}: {} … {} %",
+            signed(first.curvature_radius_mm),
+            signed(last.curvature_radius_mm),
+            figure(first.error_percent, 3),
+            figure(last.error_percent, 3)
+        ),
+        _ => group
+            .iter()
+            .map(|row| format!("R = {}: {} %", signed(row.curvature_radius_mm), figure(row.error_percent, 3)))
+            .collect(),
+    };
+    sorted.chunk_by(together).map(|group| (group.to_vec(), text(group))).collect()
 }

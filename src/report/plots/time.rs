@@ -8,7 +8,7 @@ use super::{LIMIT, LIMIT_IN_VIEW, Named, capital, heading, limits, off_scale, sa
 use crate::limits::AXIS_NAMES;
 
 /// The contouring error is exact to a nanometre: a narrower range shows rounding \[µm\].
-const LEAST_ERROR_UM: f64 = 2e-3;
+pub(super) const LEAST_ERROR_UM: f64 = 2e-3;
 /// Runs whose largest error is labelled in the panel; of more the legend tells.
 const LABELLED_RUNS: usize = 3;
 const GAP: f64 = 18.0;
