@@ -72,7 +72,7 @@ impl<'a, const D: usize> Interpolator<'a, D> {
     pub fn new(path: &'a dyn Path<D>, motion: &Motion, period_s: f64) -> Self {
         let period_s = if period_s > 0.0 && period_s.is_finite() { period_s } else { 0.0 };
         let end = periods(motion.total_s(), period_s);
-        Self { path, motion: *motion, period_s, next: 0, end, cursor: Cursor::default() }
+        Self { path, motion: motion.clone(), period_s, next: 0, end, cursor: Cursor::default() }
     }
 
     /// Number of the last setpoint: the stream holds one more than this.

@@ -9,6 +9,7 @@
 //! | [`Profile::Exponential`] | the quintic with end accelerations that depend on τ | the same, section 5 |
 //! | [`Profile::JerkLimited`] | constant jerk, constant acceleration, constant jerk (seven phases in all) | textbook |
 
+mod axis_limited;
 mod bernstein;
 mod exponential;
 mod jerk_limited;
@@ -18,6 +19,7 @@ mod n_c;
 mod phase;
 mod span;
 
+pub use axis_limited::{AxisLimited, AxisLimitedPlan, AxisLimits, MAX_GRID_POINTS, PathShape};
 pub use bernstein::{BernsteinPhase, FeedState};
 pub use exponential::{ExponentialPhase, N_C_RANGE};
 pub use jerk_limited::JerkLimitedPhase;
@@ -54,6 +56,24 @@ pub enum FeedrateError {
         phase_s: f64,
         /// The most negative acceleration of the acceleration phase \[mm/s²\].
         accel_mm_s2: f64,
+    },
+    /// A path's derivatives are not finite, or its tangent vanishes.
+    #[error("the path has no finite derivatives, or no direction, at {s_mm} mm")]
+    BadShape {
+        /// Arc length \[mm\].
+        s_mm: f64,
+    },
+    /// No speed keeps acceleration and jerk finite at a corner of the path, or where its curvature jumps.
+    #[error(
+        "the path turns by {turn_rad:.3e} rad and its curvature jumps by {curvature_1_mm:.3e} 1/mm at {s_mm} mm: no speed keeps the axes' acceleration and jerk limits there (smooth the path, or plan its parts one by one)"
+    )]
+    Corner {
+        /// Arc length \[mm\].
+        s_mm: f64,
+        /// Turn within the shortest interval of the grid \[rad\].
+        turn_rad: f64,
+        /// Jump of the curvature \[1/mm\].
+        curvature_1_mm: f64,
     },
 }
 

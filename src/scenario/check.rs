@@ -116,6 +116,9 @@ fn of_feedrate(error: &FeedrateError, span: Range<usize>) -> Diagnostic {
         FeedrateError::NotMonotone { .. } => {
             "lower n_c, shorten phase_s or raise feed_mm_s; or use [feedrate.profile.quintic]"
         }
+        FeedrateError::BadShape { .. } | FeedrateError::Corner { .. } => {
+            "limits of the axes need a path that is smooth up to its curvature; [feedrate.profile.jerk_limited] runs along any"
+        }
     })
 }
 

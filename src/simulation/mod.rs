@@ -208,7 +208,7 @@ impl<'a, const A: usize> Simulation<'a, A> {
         let start = interpolator.setpoint(0).position_mm;
         let axes = std::array::from_fn(|axis| AxisLoop::new(&parameters[axis], &settings, start[axis]));
         let contour = ContourMeter::new(path);
-        Ok(Self { path, motion: *motion, parameters, settings, interpolator, axes, contour, next: 0, last })
+        Ok(Self { path, motion: motion.clone(), parameters, settings, interpolator, axes, contour, next: 0, last })
     }
 
     /// How many periods the whole run has.
@@ -229,7 +229,7 @@ impl<'a, const A: usize> Simulation<'a, A> {
         stop: Option<&AtomicBool>,
         observers: &mut [&mut dyn Observer<A>],
     ) -> Result<Ending, SimulationError> {
-        let (motion, settings, axes) = (self.motion, self.settings, self.parameters);
+        let (motion, settings, axes) = (self.motion.clone(), self.settings, self.parameters);
         let plan = RunPlan::new(self.path, &motion, &settings, &axes, limits, self.samples());
         drive(self, &plan, stop, observers)
     }
