@@ -6,7 +6,7 @@
 
 use nalgebra::SVector;
 
-use crate::feedrate::{Motion, MotionSample};
+use crate::feedrate::{AxisLimited, AxisLimitedPlan, FeedrateError, Motion, MotionSample, PathShape};
 use crate::path::{Cursor, Frame, Path};
 
 /// The commanded state of the tool at one sample.
@@ -51,6 +51,28 @@ impl<const D: usize> Setpoint<D> {
                 + frame.curvature_rate_1_mm2 * (v * v * v),
         }
     }
+}
+
+impl<const D: usize> From<&Frame<D>> for PathShape<D> {
+    fn from(frame: &Frame<D>) -> Self {
+        Self {
+            tangent: frame.tangent.into(),
+            curvature_1_mm: frame.curvature_1_mm.into(),
+            curvature_rate_1_mm2: frame.curvature_rate_1_mm2.into(),
+        }
+    }
+}
+
+/// The fastest motion along `path` that keeps the limits of every axis.
+///
+/// # Errors
+/// Those of [`AxisLimited::plan`]: the path must be smooth up to its curvature.
+pub fn plan_under_axis_limits<const D: usize>(
+    planner: &AxisLimited<D>,
+    path: &dyn Path<D>,
+) -> Result<AxisLimitedPlan, FeedrateError> {
+    let mut cursor = Cursor::default();
+    planner.plan(path.length_mm(), |s_mm| PathShape::from(&path.frame(s_mm, &mut cursor)))
 }
 
 /// A stream of setpoints along a path. Memory does not grow with the path.

@@ -10,6 +10,7 @@
 //! - the drop cutter, against `OpenCAMLib` (`tests/drop_opencamlib.py`)
 //! - nested rings of large contours
 //! - the machining check: pieces of a path a second
+//! - motions under axis limits: grids of 10³ … 10⁵ points
 //! - splines of 10² … 10⁶ nodal points, time and memory
 
 mod batch;
@@ -17,6 +18,7 @@ mod c;
 mod drop;
 mod fit;
 mod guide;
+mod optimal;
 mod process;
 mod program;
 mod recording;
@@ -31,7 +33,7 @@ fn main() {
     let quick = !arguments.iter().any(|argument| argument == "--bench");
     // `cargo bench -- step` runs the benches with that in their name.
     let filters: Vec<&String> = arguments.iter().filter(|argument| !argument.starts_with('-')).collect();
-    let benches: [Bench; 11] = [
+    let benches: [Bench; 12] = [
         ("loop", servo_loop::bench),
         ("batch", batch::bench),
         ("step", whole_step::bench),
@@ -43,6 +45,7 @@ fn main() {
         ("drop", drop::bench),
         ("guide", guide::bench),
         ("removal", removal::bench),
+        ("optimal", optimal::bench),
     ];
     for (name, bench) in benches {
         if filters.is_empty() || filters.iter().any(|filter| name.contains(filter.as_str())) {

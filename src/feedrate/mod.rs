@@ -1,13 +1,15 @@
 //! Feedrate: time-dependent phases and the motion `s(t)` along a length.
 //!
 //! A [`Phase`] takes the feed from rest to the commanded feed; [`Motion`] strings acceleration, cruise and the mirrored
-//! deceleration together along a path of a given length. [`LookAhead`] does so along a stream of pieces with their own limits. Feedrate `V` in mm/s, phase length `T` in s, `τ = t/T ∈ [0, 1]`.
+//! deceleration together along a path of a given length. [`LookAhead`] does so along a stream of pieces with
+//! their own limits, and [`AxisLimited`] as fast as every axis of the machine can. Feedrate `V` in mm/s, phase length `T` in s, `τ = t/T ∈ [0, 1]`.
 //!
 //! | profile | acceleration | source |
 //! |---|---|---|
 //! | [`Profile::Linear`], [`Profile::Cubic`], [`Profile::Quintic`] | Bernstein feed of degree 1, 3, 5 | Jahanpour et al., section 4 |
 //! | [`Profile::Exponential`] | the quintic with end accelerations that depend on τ | the same, section 5 |
 //! | [`Profile::JerkLimited`] | constant jerk, constant acceleration, constant jerk (seven phases in all) | textbook |
+//! | [`AxisLimited`] | as fast as velocity, acceleration and jerk limits of every axis allow along the path | Verscheure et al. |
 
 mod axis_limited;
 mod bernstein;
@@ -78,7 +80,7 @@ pub enum FeedrateError {
 }
 
 /// `value` if it lies between 1e-9 and 1e9: quotients and powers of such values neither overflow nor vanish.
-fn positive(name: &'static str, value: f64) -> Result<f64, FeedrateError> {
+pub(crate) fn positive(name: &'static str, value: f64) -> Result<f64, FeedrateError> {
     if (1e-9..=1e9).contains(&value) {
         Ok(value)
     } else {

@@ -46,6 +46,7 @@ mod check_surface;
 mod diagnostics;
 mod document;
 mod explain;
+mod feed_profile;
 mod file;
 mod form;
 mod guard;
@@ -62,6 +63,7 @@ use std::sync::atomic::AtomicBool;
 
 pub use diagnostics::{Diagnostic, ScenarioError};
 pub use document::{Document, builtin_names, builtin_part_names};
+pub use feed_profile::FeedProfile;
 pub use guard::{MAX_ARRAY_ITEMS, MAX_TEXT_BYTES};
 pub use part::{Part, PartLimits};
 pub use part_program::{PlannedProgram, ToolPathSummary};
@@ -87,7 +89,7 @@ pub struct Scenario {
     /// The motion along the path, planned from `feed_mm_s`, `profile` and the path's length.
     pub motion: Motion,
     /// How the feed is reached and left.
-    pub profile: Profile,
+    pub profile: FeedProfile,
     /// The search that chose `n_c`, where the file says `n_c = "optimize"`.
     pub n_c_search: Option<Outcome>,
     /// The axes, X and Y.
@@ -147,7 +149,7 @@ impl Scenario {
     /// Exponent of the exponential profile.
     pub fn n_c(&self) -> Option<f64> {
         match self.profile {
-            Profile::Exponential { n_c, .. } => Some(n_c),
+            FeedProfile::Phases(Profile::Exponential { n_c, .. }) => Some(n_c),
             _ => None,
         }
     }

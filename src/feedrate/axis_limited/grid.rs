@@ -15,8 +15,8 @@ pub(super) fn grid<const D: usize>(
     shape: &mut impl FnMut(f64) -> PathShape<D>,
 ) -> Result<Vec<f64>, FeedrateError> {
     let scale = planner.scale();
-    // Some twenty points while the acceleration builds up at full speed, but no more than a hundred on the way to that speed.
-    let natural = (0.05 * scale.speed * scale.accel / scale.jerk).max(0.01 * scale.speed * scale.speed / scale.accel);
+    // Some ten points while the acceleration builds up at full speed, but no more than fifty in the square of speed over acceleration.
+    let natural = (0.1 * scale.speed * scale.accel / scale.jerk).max(0.02 * scale.speed * scale.speed / scale.accel);
     let step = planner.step_mm.unwrap_or(natural).min(0.0025 * length);
     if !(length / step < 0.5 * MAX_GRID_POINTS as f64) {
         let value = length / step;
@@ -126,8 +126,7 @@ fn bend<const D: usize>(
     // Where the third derivative jumps, at the joint of two segments, the grid is fine enough for the jerk on both sides.
     let speed = scale.speed.min((scale.accel / size).sqrt()).min(libm::cbrt(scale.jerk / rates));
     let jumps = coarse && step > 0.2 * rates && step * speed * speed * speed > 0.02 * scale.jerk;
-    if !jumps
-        && turn <= TURN && unexplained <= 0.02 && jump <= (0.02 * size).max(floor) {
+    if !jumps && turn <= TURN && unexplained <= 0.02 && jump <= (0.02 * size).max(floor) {
         Bend::Gentle
     } else {
         Bend::Sharp { turn_rad: unexplained, curvature_1_mm: jump }

@@ -46,7 +46,11 @@ pub(super) fn solve<const D: usize>(program: &Program<D>, from: Option<&Solution
         // Of the old multipliers what fits the new limits.
         Some(from) => {
             let mu = 1e-2 * start;
-            from.multipliers.iter().zip(&values).map(|(old, value)| old.clamp(0.1 * mu / value, 10.0 * mu / value)).collect()
+            from.multipliers
+                .iter()
+                .zip(&values)
+                .map(|(old, value)| old.clamp(0.1 * mu / value, 10.0 * mu / value))
+                .collect()
         }
         None => values.iter().map(|value| start / value).collect(),
     };

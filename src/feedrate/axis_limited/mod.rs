@@ -174,7 +174,8 @@ impl<const D: usize> AxisLimited<D> {
     }
 
     fn check(&self) -> Result<(), FeedrateError> {
-        let all = |name: &'static str, values: &[f64; D]| values.iter().try_for_each(|&v| positive(name, v).map(|_| ()));
+        let all =
+            |name: &'static str, values: &[f64; D]| values.iter().try_for_each(|&v| positive(name, v).map(|_| ()));
         all("velocity_mm_s", &self.limits.velocity_mm_s)?;
         all("acceleration_mm_s2", &self.limits.acceleration_mm_s2)?;
         all("jerk_mm_s3", &self.limits.jerk_mm_s3)?;

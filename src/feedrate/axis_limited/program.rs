@@ -271,9 +271,8 @@ impl<const D: usize> Program<D> {
                     let (t, curve, rate) = (shape.tangent[i], shape.curvature_1_mm[i], shape.curvature_rate_1_mm2[i]);
                     let value = rate * q + 3.0 * curve * a + t * b;
                     let most = span.jerk[i] * root;
-                    let by: [f64; 3] = std::array::from_fn(|n| {
-                        rate * by_q[end][n] + 3.0 * curve * by_a[end][n] + t * by_b[n]
-                    });
+                    let by: [f64; 3] =
+                        std::array::from_fn(|n| rate * by_q[end][n] + 3.0 * curve * by_a[end][n] + t * by_b[n]);
                     let by_most: [f64; 3] = std::array::from_fn(|n| span.jerk[i] * fall * by_q[end][n]);
                     let less = self.tied(k, std::array::from_fn(|n| by_most[n] - by[n]));
                     let more = self.tied(k, std::array::from_fn(|n| by_most[n] + by[n]));
@@ -326,9 +325,8 @@ impl<const D: usize> Program<D> {
                 let (q0, a0) = self.state(k - 1, c);
                 let h = self.spans[k - 1].h;
                 let least = 0.01 * q0.min(q);
-                let slowness = GAUSS.map(|(x, weight)| {
-                    weight / (q0 + h * x * (2.0 * a0 + (a - a0) * x)).max(least).sqrt()
-                });
+                let slowness =
+                    GAUSS.map(|(x, weight)| weight / (q0 + h * x * (2.0 * a0 + (a - a0) * x)).max(least).sqrt());
                 t += h * slowness.iter().sum::<f64>();
             }
             nodes.push(Node { t, s, v: q.sqrt(), a });

@@ -15,7 +15,7 @@ use servosim::feedrate::{AxisLimited, AxisLimits, PathShape};
 use servosim::path::{Cursor, Path, PhSpline};
 
 /// Points of copp's grid.
-const POINTS: usize = 2001;
+const POINTS: usize = 1001;
 
 /// Most rounds of linearisation.
 const ROUNDS: usize = 12;
@@ -69,22 +69,26 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
 
 /// The time that copp finds, and after how many rounds it no longer moves.
 fn theirs(path: &PhSpline, n: usize, velocity: f64, acceleration: f64, jerk: f64) -> Result<(f64, usize), CoppError> {
-    let length = path.length_mm();
+    // In units of the machine (its acceleration and jerk are 1), as copp's examples have it: in millimetres and seconds its cone solver
+    // ends early, with times up to two thirds longer.
+    let second = acceleration / jerk;
+    let millimetre = acceleration * second * second;
+    let length = path.length_mm() / millimetre;
     let s: Vec<f64> = (0..n).map(|i| length * i as f64 / (n - 1) as f64).collect();
     let mut cursor = Cursor::default();
-    let frames: Vec<_> = s.iter().map(|&s| path.frame(s, &mut cursor)).collect();
-    let [q, first, second, third] = [
-        DMatrix::from_fn(2, n, |axis, i| frames[i].point_mm[axis]),
+    let frames: Vec<_> = s.iter().map(|&s| path.frame(s * millimetre, &mut cursor)).collect();
+    let [x, x1, x2, x3] = [
+        DMatrix::from_fn(2, n, |axis, i| frames[i].point_mm[axis] / millimetre),
         DMatrix::from_fn(2, n, |axis, i| frames[i].tangent[axis]),
-        DMatrix::from_fn(2, n, |axis, i| frames[i].curvature_1_mm[axis]),
-        DMatrix::from_fn(2, n, |axis, i| frames[i].curvature_rate_1_mm2[axis]),
+        DMatrix::from_fn(2, n, |axis, i| frames[i].curvature_1_mm[axis] * millimetre),
+        DMatrix::from_fn(2, n, |axis, i| frames[i].curvature_rate_1_mm2[axis] * millimetre * millimetre),
     ];
-    let (v, a, j) = (vec![velocity; 2], vec![acceleration; 2], vec![jerk; 2]);
+    let (v, a, j) = (vec![velocity * second / millimetre; 2], vec![1.0; 2], vec![1.0; 2]);
     let minus = |values: &[f64]| values.iter().map(|v| -v).collect::<Vec<f64>>();
     let mut robot = Robot::with_capacity(2, n);
     robot
         .with_s(s.as_slice())?
-        .with_q(&q.as_view(), &first.as_view(), &second.as_view(), Some(&third.as_view()), 0)?
+        .with_q(&x.as_view(), &x1.as_view(), &x2.as_view(), Some(&x3.as_view()), 0)?
         .with_axial_velocity((v.as_slice(), n), (minus(&v).as_slice(), n), 0)?
         .with_axial_acceleration((a.as_slice(), n), (minus(&a).as_slice(), n), 0)?
         .with_axial_jerk((j.as_slice(), n), (minus(&j).as_slice(), n), 0)?;
@@ -101,7 +105,7 @@ fn theirs(path: &PhSpline, n: usize, velocity: f64, acceleration: f64, jerk: f64
                 .build_with_linearization()?;
             topp3_socp(&problem, &options)?
         };
-        let (time, _) = s_to_t_topp3(&s, profile.as_parts(), 0.0)?;
+        let time = second * s_to_t_topp3(&s, profile.as_parts(), 0.0)?.0;
         if (time - before).abs() <= 1e-4 * time || round == ROUNDS {
             return Ok((time, round));
         }
