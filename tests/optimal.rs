@@ -4,7 +4,8 @@ use nalgebra::Vector2;
 use rand::{RngExt, SeedableRng};
 use rand_xoshiro::Xoshiro256PlusPlus;
 use servosim::feedrate::{
-    AxisLimited, AxisLimitedPlan, AxisLimits, FeedrateError, Motion, MotionSample, PathShape, Profile,
+    AxisLimited, AxisLimitedPlan, AxisLimits, FeedOverride, FeedrateError, Motion, MotionSample, OverrideStep,
+    PathShape, Profile,
 };
 use servosim::path::{Circle, Cursor, Path, PhSpline};
 
@@ -79,7 +80,7 @@ fn validates_a_straight_line_against_the_seven_phases() {
         let exact = Motion::plan(length, velocity / 0.8, profile).unwrap().total_s();
         // The jerk of an interval is held to its limit at the faster end of it: 1 % in time where intervals are coarse.
         let ratio = plan.motion.total_s() / exact;
-        assert!((0.9998..1.012).contains(&ratio), "{velocity} {acceleration} {jerk} {length}: {ratio} {plan:?}");
+        assert!((0.9998..1.012).contains(&ratio), "{velocity} {acceleration} {jerk} {length}: {ratio}");
     }
 }
 
@@ -183,7 +184,14 @@ fn iterations_do_not_grow_with_the_grid() {
     let found = [0.2, 0.1, 0.05, 0.025].map(|step| {
         let planner = AxisLimited { step_mm: Some(step), ..AxisLimited::new(planar(150.0, 2000.0, 50_000.0)) };
         let plan = plan(&planner, &path);
-        assert!((plan.motion.total_s() / 0.7294 - 1.0).abs() < 5e-4, "{plan:?}");
+        assert!(
+            (plan.motion.total_s() / 0.7294 - 1.0).abs() < 5e-4,
+            "{} {step} {} {} {}",
+            plan.motion.total_s(),
+            plan.rounds,
+            plan.worst_share,
+            plan.gap
+        );
         plan.iterations
     });
     assert!(found.iter().all(|count| *count <= 80), "{found:?}");
@@ -244,5 +252,52 @@ fn bad_input_is_told() {
             assert!(0.8 * m.accel_mm_s2.abs() <= 1.001 * acceleration, "{m:?}");
             assert!(0.8 * m.jerk_mm_s3.abs() <= 1.001 * jerk, "{m:?}");
         }
+    }
+}
+
+#[test]
+fn validates_an_override_against_its_differences_and_keeps_the_path() {
+    let planner = AxisLimited::new(planar(150.0, 2000.0, 50_000.0));
+    let plan = plan(&planner, &alpha()).motion;
+    let step = |at_s: f64, share: f64| OverrideStep { at_s, share };
+    let transition_s = 0.1;
+    // Half the feed, a hold, and on with the plan.
+    let how = FeedOverride { steps: vec![step(0.1, 0.5), step(0.4, 0.0), step(0.8, 1.0)], transition_s };
+    let motion = plan.with_override(&how).unwrap();
+    // Time lost: a change costs the mean of its ends.
+    let lost = 0.1 * 0.25 + 0.2 * 0.5 + 0.1 * 0.75 + 0.3 + 0.1 * 0.5;
+    assert!((motion.total_s() - plan.total_s() - lost).abs() < 1e-12, "{} {}", motion.total_s(), plan.total_s());
+    let held = motion.at(0.55);
+    assert_eq!((held.feed_mm_s, held.accel_mm_s2, held.jerk_mm_s3), (0.0, 0.0, 0.0));
+    assert_eq!(motion.at(0.79).s_mm, held.s_mm);
+    assert_eq!(motion.at(motion.total_s()).s_mm, alpha().length_mm());
+    let h = 1e-6;
+    let mut rng = Xoshiro256PlusPlus::seed_from_u64(13);
+    for _ in 0..2000 {
+        let t = rng.random_range(h..motion.total_s() - h);
+        let (before, at, after) = (motion.at(t - h), motion.at(t), motion.at(t + h));
+        assert!(((after.s_mm - before.s_mm) / (2.0 * h) - at.feed_mm_s).abs() < 1e-3, "{t} {at:?}");
+        assert!(((after.feed_mm_s - before.feed_mm_s) / (2.0 * h) - at.accel_mm_s2).abs() < 0.1, "{t} {at:?}");
+        assert!(after.s_mm >= before.s_mm && at.feed_mm_s >= 0.0);
+        // The bound of the documentation.
+        assert!(at.accel_mm_s2.abs() <= plan.peaks().accel_mm_s2 + 1.875 * plan.peaks().feed_mm_s / transition_s);
+    }
+    // A plan that ends while the pace changes, and one that ends before the next step.
+    for at_s in [plan.total_s() - 0.03, plan.total_s() + 1.0] {
+        let late = plan.with_override(&FeedOverride { steps: vec![step(at_s, 0.2)], transition_s }).unwrap();
+        assert!((late.at(late.total_s() - 1e-9).s_mm - alpha().length_mm()).abs() < 1e-6, "{}", late.total_s());
+        assert!(late.total_s() >= plan.total_s() && late.total_s() < plan.total_s() + 0.03, "{}", late.total_s());
+    }
+    for (steps, transition_s) in [
+        (vec![step(0.1, 0.0)], 0.1),
+        (vec![step(0.1, 0.5), step(0.15, 1.0)], 0.1),
+        (vec![step(-1.0, 0.5)], 0.1),
+        (vec![step(f64::NAN, 0.5)], 0.1),
+        (vec![step(0.1, f64::NAN)], 0.1),
+        (vec![step(0.1, 2.1)], 0.1),
+        (vec![step(0.1, 0.5)], 0.0),
+    ] {
+        let error = plan.with_override(&FeedOverride { steps, transition_s }).unwrap_err();
+        assert!(matches!(error, FeedrateError::OutOfRange { .. }), "{error}");
     }
 }

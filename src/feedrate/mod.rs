@@ -2,7 +2,7 @@
 //!
 //! A [`Phase`] takes the feed from rest to the commanded feed; [`Motion`] strings acceleration, cruise and the mirrored
 //! deceleration together along a path of a given length. [`LookAhead`] does so along a stream of pieces with
-//! their own limits, and [`AxisLimited`] as fast as every axis of the machine can. Feedrate `V` in mm/s, phase length `T` in s, `τ = t/T ∈ [0, 1]`.
+//! their own limits, and [`AxisLimited`] as fast as every axis of the machine can. [`FeedOverride`] runs any of them at another pace. Feedrate `V` in mm/s, phase length `T` in s, `τ = t/T ∈ [0, 1]`.
 //!
 //! | profile | acceleration | source |
 //! |---|---|---|
@@ -14,6 +14,7 @@
 mod axis_limited;
 mod bernstein;
 mod exponential;
+mod feed_override;
 mod jerk_limited;
 mod look_ahead;
 mod motion;
@@ -24,6 +25,7 @@ mod span;
 pub use axis_limited::{AxisLimited, AxisLimitedPlan, AxisLimits, MAX_GRID_POINTS, PathShape};
 pub use bernstein::{BernsteinPhase, FeedState};
 pub use exponential::{ExponentialPhase, N_C_RANGE};
+pub use feed_override::{FeedOverride, MAX_OVERRIDE, MAX_OVERRIDE_STEPS, OverrideStep};
 pub use jerk_limited::JerkLimitedPhase;
 pub use look_ahead::{LookAhead, MAX_LOOK_AHEAD, PathPiece};
 pub use motion::{Motion, Profile};

@@ -3,6 +3,7 @@
 use std::sync::Arc;
 
 use super::axis_limited::Planned;
+use super::feed_override::{FeedOverride, Overridden};
 use super::phase::{MotionPeaks, MotionSample, Phase};
 use super::{BernsteinPhase, ExponentialPhase, FeedState, FeedrateError, JerkLimitedPhase, positive};
 
@@ -64,21 +65,29 @@ enum Law {
     Phases(Phase),
     /// Node by node.
     Planned(Arc<Planned>),
+    /// Another motion at a changing pace.
+    Overridden(Arc<Overridden>),
 }
 
 impl Motion {
     /// A motion from a table.
     pub(super) fn of_planned(planned: Planned) -> Self {
-        let total_s = planned.total_s();
-        Self {
-            phase_s: 0.5 * total_s,
-            phase_mm: 0.5 * planned.length_mm(),
-            cruise_s: 0.0,
-            feed_mm_s: planned.peaks().feed_mm_s,
-            length_mm: planned.length_mm(),
-            total_s,
-            law: Law::Planned(Arc::new(planned)),
-        }
+        let (total_s, length_mm, feed_mm_s) = (planned.total_s(), planned.length_mm(), planned.peaks().feed_mm_s);
+        Self::without_phases(Law::Planned(Arc::new(planned)), total_s, length_mm, feed_mm_s)
+    }
+
+    fn without_phases(law: Law, total_s: f64, length_mm: f64, feed_mm_s: f64) -> Self {
+        Self { law, phase_s: 0.5 * total_s, phase_mm: 0.5 * length_mm, cruise_s: 0.0, feed_mm_s, length_mm, total_s }
+    }
+
+    /// The same motion under a feed override.
+    ///
+    /// # Errors
+    /// A transition that is not between 1e-9 and 1e9, steps out of order or range, or a hold that is never ended.
+    pub fn with_override(&self, how: &FeedOverride) -> Result<Self, FeedrateError> {
+        let motion = Overridden::new(self.clone(), how)?;
+        let (total_s, length_mm, feed_mm_s) = (motion.total_s(), motion.length_mm(), motion.peaks().feed_mm_s);
+        Ok(Self::without_phases(Law::Overridden(Arc::new(motion)), total_s, length_mm, feed_mm_s))
     }
 
     /// Plans a motion along `length_mm` at `feed_mm_s`.
@@ -151,7 +160,7 @@ impl Motion {
         self.feed_mm_s
     }
 
-    /// Length of the acceleration phase \[s\], the same as that of the deceleration; half of a motion under axis limits.
+    /// Length of the acceleration phase \[s\], the same as that of the deceleration; half of a motion that has no phases.
     pub fn phase_s(&self) -> f64 {
         self.phase_s
     }
@@ -166,6 +175,7 @@ impl Motion {
         match &self.law {
             Law::Phases(accelerate) => accelerate.peaks(),
             Law::Planned(planned) => planned.peaks(),
+            Law::Overridden(motion) => motion.peaks(),
         }
     }
 
@@ -178,6 +188,7 @@ impl Motion {
         let accelerate = match &self.law {
             Law::Phases(accelerate) => accelerate,
             Law::Planned(planned) => return if t_s > 0.0 { planned.at(t_s) } else { planned.at(0.0) },
+            Law::Overridden(motion) => return if t_s > 0.0 { motion.at(t_s) } else { MotionSample::default() },
         };
         let after = t_s - self.phase_s;
         if after < 0.0 {

@@ -40,14 +40,13 @@ pub(super) fn grid<const D: usize>(
         half.pop();
     }
     let coarse: Vec<f64> = half.iter().copied().chain(half.iter().rev().map(|s| length - s)).collect();
-    refine(planner, &coarse, 0.06 * step, shape)
+    refine(planner, &coarse, shape)
 }
 
 /// Halves intervals until tangent and curvature change from point to point as their derivatives say.
 fn refine<const D: usize>(
     planner: &AxisLimited<D>,
     coarse: &[f64],
-    fine_step: f64,
     shape: &mut impl FnMut(f64) -> PathShape<D>,
 ) -> Result<Vec<f64>, FeedrateError> {
     let scale = planner.scale();
@@ -72,8 +71,27 @@ fn refine<const D: usize>(
         waiting.push((end, ask(end)?));
         while let Some(to) = waiting.last().copied() {
             let h: f64 = to.0 - from.0;
-            match bend(&from.1, &to.1, h, h > fine_step, &scale, floor) {
+            let middle = from.0 + 0.5 * h;
+            match bend(&from.1, &to.1, h, floor) {
                 Bend::Gentle => {
+                    if jumps(planner, &scale, [&from.1, &ask(middle)?, &to.1])
+                        && let Some(joint) = joint(planner, &scale, from, to, &mut ask)?
+                    {
+                        // A point of the grid: in the place of one that is near.
+                        let (before, after) = (joint.0 - from.0, to.0 - joint.0);
+                        if before < 0.1 * h && fine.len() > 1 {
+                            fine.pop();
+                        } else if after < 0.1 * h && to.0 < length {
+                            waiting.pop();
+                        }
+                        if before > 1e-3 * h || fine.len() > 1 {
+                            fine.push(joint.0);
+                        }
+                        from = joint;
+                        if after > 1e-3 * h {
+                            continue;
+                        }
+                    }
                     fine.push(to.0);
                     from = to;
                     waiting.pop();
@@ -87,7 +105,6 @@ fn refine<const D: usize>(
                     return Err(FeedrateError::Corner { s_mm: from.0, turn_rad, curvature_1_mm });
                 }
                 Bend::Sharp { .. } => {
-                    let middle = from.0 + 0.5 * h;
                     waiting.push((middle, ask(middle)?));
                 }
             }
@@ -101,16 +118,49 @@ enum Bend {
     Sharp { turn_rad: f64, curvature_1_mm: f64 },
 }
 
-fn bend<const D: usize>(
-    from: &PathShape<D>,
-    to: &PathShape<D>,
-    h: f64,
-    coarse: bool,
+/// Where the third derivative jumps between two points, and how the path runs just behind it; none where it only changes quickly.
+fn joint<const D: usize>(
+    planner: &AxisLimited<D>,
     scale: &Scale,
-    floor: f64,
-) -> Bend {
+    mut from: (f64, PathShape<D>),
+    mut to: (f64, PathShape<D>),
+    ask: &mut impl FnMut(f64) -> Result<PathShape<D>, FeedrateError>,
+) -> Result<Option<(f64, PathShape<D>)>, FeedrateError> {
+    // How far the middle is off the mean of both ends: a jump keeps its share of that in every half, all else falls to a quarter.
+    let off = |a: &PathShape<D>, middle: &PathShape<D>, b: &PathShape<D>| {
+        let of = |i: usize| {
+            let mean = 0.5 * (a.curvature_rate_1_mm2[i] + b.curvature_rate_1_mm2[i]);
+            (middle.curvature_rate_1_mm2[i] - mean).abs() / planner.limits.jerk_mm_s3[i]
+        };
+        (0..D).map(of).fold(0.0, f64::max)
+    };
+    // 1e-9 of the interval: far less than the limits' inset.
+    for _ in 0..30 {
+        let h = to.0 - from.0;
+        let middle = (from.0 + 0.5 * h, ask(from.0 + 0.5 * h)?);
+        let (left, right) = (ask(from.0 + 0.25 * h)?, ask(from.0 + 0.75 * h)?);
+        if off(&from.1, &left, &middle.1) > off(&middle.1, &right, &to.1) {
+            to = middle;
+        } else {
+            from = middle;
+        }
+    }
+    Ok(jumps(planner, scale, [&from.1, &from.1, &to.1]).then_some(to))
+}
+
+/// Whether the third derivative jumps, at the joint of two segments perhaps, so that it matters for the jerk. However the axes share it, the acceleration towards the centre is at most that of all of them.
+fn jumps<const D: usize>(planner: &AxisLimited<D>, scale: &Scale, [from, middle, to]: [&PathShape<D>; 3]) -> bool {
+    let size = middle.curvature_1_mm.iter().map(|k| k * k).sum::<f64>().sqrt();
+    let speed = scale.speed.min((scale.accel_norm / size).sqrt());
+    (0..D).any(|i| {
+        let mean = 0.5 * (from.curvature_rate_1_mm2[i] + to.curvature_rate_1_mm2[i]);
+        let off = (middle.curvature_rate_1_mm2[i] - mean).abs();
+        off * speed * speed * speed > 1e-3 * planner.limits.jerk_mm_s3[i]
+    })
+}
+
+fn bend<const D: usize>(from: &PathShape<D>, to: &PathShape<D>, h: f64, floor: f64) -> Bend {
     let (mut turn, mut unexplained, mut jump, mut size): (f64, f64, f64, f64) = (0.0, 0.0, 0.0, 0.0);
-    let (mut step, mut rates): (f64, f64) = (0.0, 0.0);
     for i in 0..D {
         let (k0, k1) = (from.curvature_1_mm[i], to.curvature_1_mm[i]);
         let change = to.tangent[i] - from.tangent[i];
@@ -119,14 +169,8 @@ fn bend<const D: usize>(
         let rate = 0.5 * h * (from.curvature_rate_1_mm2[i] + to.curvature_rate_1_mm2[i]);
         jump = jump.max((k1 - k0 - rate).abs());
         size = size.max(k0.abs()).max(k1.abs());
-        let (r0, r1) = (from.curvature_rate_1_mm2[i], to.curvature_rate_1_mm2[i]);
-        step = step.max((r1 - r0).abs());
-        rates = rates.max(r0.abs()).max(r1.abs());
     }
-    // Where the third derivative jumps, at the joint of two segments, the grid is fine enough for the jerk on both sides.
-    let speed = scale.speed.min((scale.accel / size).sqrt()).min(libm::cbrt(scale.jerk / rates));
-    let jumps = coarse && step > 0.2 * rates && step * speed * speed * speed > 0.02 * scale.jerk;
-    if !jumps && turn <= TURN && unexplained <= 0.02 && jump <= (0.02 * size).max(floor) {
+    if turn <= TURN && unexplained <= 0.02 && jump <= (0.02 * size).max(floor) {
         Bend::Gentle
     } else {
         Bend::Sharp { turn_rad: unexplained, curvature_1_mm: jump }

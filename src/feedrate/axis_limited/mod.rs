@@ -17,8 +17,9 @@
 //! grid is graded towards it.
 //!
 //! The motion that is run is a spline of degree 5 in time through position, speed and acceleration at the grid points
-//! (continuous acceleration). It is held against the limits at ten places of every interval; what it passes them by is taken off the
-//! limits there, and in the end off the pace of the whole motion.
+//! (continuous acceleration). It is held against the limits at ten places of every interval (46 in the end); what it passes
+//! them by is taken off the limits there, and in the end off the pace of the whole motion. Where the path's third derivative jumps there
+//! is a grid point.
 //!
 //! Sources: Verscheure, Demeulenaere, Swevers, De Schutter, Diehl, "Time-optimal path tracking for robots: a convex optimization
 //! approach", IEEE Transactions on Automatic Control 54 (2009), sections II to IV (`q` as the variable); Nocedal, Wright,
@@ -40,9 +41,11 @@ use program::Program;
 /// Most points of the grid of arc length.
 pub const MAX_GRID_POINTS: usize = 4_000_000;
 
-/// Largest share by which the planned motion may pass a limit between the places where it was checked; it is held to this at ten
-/// places of every interval.
+/// Largest share by which the planned motion may slow down in the end instead of one more round.
 const TOLERANCE: f64 = 2e-4;
+
+/// Places of every interval where the motion is held against the limits in the end.
+const FINAL_PLACES: u32 = 46;
 
 /// Rounds in which limits that are passed between the points of the grid are tightened there.
 const ROUNDS: usize = 4;
@@ -103,7 +106,7 @@ pub struct AxisLimitedPlan {
     pub iterations: usize,
     /// How often limits had to be tightened between grid points.
     pub rounds: usize,
-    /// The largest share of a limit that is used before the pace of the whole motion is set, at ten places of every interval.
+    /// By how much the whole motion was slowed down in the end, where that is more than 1, to keep the limits between grid points.
     pub worst_share: f64,
     /// Bound of the share of time that is lost against the optimum of the grid's problem, near this solution.
     pub gap: f64,
@@ -123,7 +126,7 @@ impl<const D: usize> AxisLimited<D> {
     }
 
     /// Plans the motion along a path of `length_mm`, from rest to rest. `shape` tells how the path runs at an arc length; it is
-    /// asked at about ten places a grid interval and round, mostly in rising order. Where its third derivative jumps both sides count.
+    /// asked at ten places a grid interval and round and more in the end, mostly in rising order. Where its third derivative jumps both sides count.
     ///
     /// # Errors
     /// A limit, the length, the feed or the step not between 1e-9 and 1e9; a shape that is not finite
@@ -144,7 +147,7 @@ impl<const D: usize> AxisLimited<D> {
         let mut rounds = 0;
         loop {
             let planned = program.motion(&solution);
-            let shares = verify::shares(&planned, self, &mut shape);
+            let shares = verify::shares(&planned, self, 10, &mut shape);
             let worst = shares.iter().map(verify::Share::pace).fold(0.0, f64::max);
             let time = planned.total_s() * worst.max(1.0);
             if best.as_ref().is_none_or(|(before, ..)| time < *before) {
@@ -158,9 +161,11 @@ impl<const D: usize> AxisLimited<D> {
             solution = interior::solve(&program, Some(&solution));
             iterations += solution.iterations;
         }
-        let Some((_, worst, planned, solution)) = best else {
+        let Some((_, _, planned, solution)) = best else {
             return Err(FeedrateError::BadShape { s_mm: 0.0 });
         };
+        let shares = verify::shares(&planned, self, FINAL_PLACES, &mut shape);
+        let worst = shares.iter().map(verify::Share::pace).fold(0.0, f64::max);
         let grid_points = planned.nodes();
         let planned = planned.paced(worst.max(1.0));
         Ok(AxisLimitedPlan {
@@ -191,13 +196,14 @@ impl<const D: usize> AxisLimited<D> {
         Ok(())
     }
 
-    /// The smallest acceleration and jerk limit, and the largest speed that a tangent along one axis may have.
+    /// The smallest acceleration and jerk limit, the acceleration of all axes together, and the largest speed that a tangent along one axis may have.
     fn scale(&self) -> Scale {
         let least = |values: &[f64; D]| values.iter().copied().fold(f64::INFINITY, f64::min);
         let most = self.limits.velocity_mm_s.iter().copied().fold(0.0, f64::max);
         Scale {
             speed: self.feed_mm_s.map_or(most, |feed| feed.min(most)),
             accel: least(&self.limits.acceleration_mm_s2),
+            accel_norm: self.limits.acceleration_mm_s2.iter().map(|a| a * a).sum::<f64>().sqrt(),
             jerk: least(&self.limits.jerk_mm_s3),
         }
     }
@@ -208,5 +214,6 @@ impl<const D: usize> AxisLimited<D> {
 struct Scale {
     speed: f64,
     accel: f64,
+    accel_norm: f64,
     jerk: f64,
 }

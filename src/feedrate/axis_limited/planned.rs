@@ -1,6 +1,7 @@
 //! Motion `s(t)` through grid points.
 
 use super::super::phase::{MotionPeaks, MotionSample};
+use super::program::INSET;
 
 /// A spline of degree 5 in time through time, position, speed and acceleration at the points of a grid, from rest to rest.
 #[derive(Debug, Clone, PartialEq)]
@@ -45,7 +46,7 @@ impl Planned {
             self.lookup.push(u32::try_from(interval).unwrap_or(u32::MAX));
         }
         let mut peaks = MotionPeaks { feed_mm_s: 0.0, accel_mm_s2: 0.0, jerk_mm_s3: 0.0 };
-        self.each_sample(|_, m| {
+        self.each_sample(10, |_, m| {
             peaks.feed_mm_s = peaks.feed_mm_s.max(m.feed_mm_s.abs());
             peaks.accel_mm_s2 = peaks.accel_mm_s2.max(m.accel_mm_s2.abs());
             peaks.jerk_mm_s3 = peaks.jerk_mm_s3.max(m.jerk_mm_s3.abs());
@@ -53,11 +54,13 @@ impl Planned {
         self.peaks = peaks;
     }
 
-    /// The motion at ten places of every interval, from its start to just before its end.
-    pub(super) fn each_sample(&self, mut see: impl FnMut(usize, &MotionSample)) {
+    /// The motion at two or more places of every interval, from just behind its start to just before its end.
+    pub(super) fn each_sample(&self, places: u32, mut see: impl FnMut(usize, &MotionSample)) {
         for (interval, pair) in self.nodes.windows(2).enumerate() {
-            for place in 0..=9_u32 {
-                see(interval, &between(&pair[0], &pair[1], f64::from(place) / 9.0));
+            for place in 0..places {
+                // On the inner side of both ends, where the third derivative of the path may jump.
+                let x = f64::from(place) / f64::from(places - 1);
+                see(interval, &between(&pair[0], &pair[1], x.clamp(INSET, 1.0 - INSET)));
             }
         }
     }

@@ -15,7 +15,7 @@ const GAUSS: [(f64, f64); 5] = [
 ];
 
 /// A limit is looked at this share of an interval within its ends: on the inner side of a jump of the third derivative.
-const INSET: f64 = 1e-6;
+pub(super) const INSET: f64 = 1e-6;
 
 /// `q` between the second and the last but one point of the grid, and the limits that it has to keep.
 #[derive(Debug, Clone)]

@@ -1,6 +1,5 @@
 //! The motion held against the limits between the points of the grid.
 
-use super::super::phase::MotionSample;
 use super::planned::Planned;
 use super::{AxisLimited, PathShape};
 
@@ -20,35 +19,18 @@ impl Share {
     }
 }
 
-/// The shares in every interval, at ten places.
+/// The shares in every interval, at so many places.
 pub(super) fn shares<const D: usize>(
     planned: &Planned,
     planner: &AxisLimited<D>,
+    places: u32,
     shape: &mut impl FnMut(f64) -> PathShape<D>,
 ) -> Vec<Share> {
     let limits = &planner.limits;
     let mut shares = vec![Share::default(); planned.nodes().saturating_sub(1)];
-    let mut before: Option<(usize, MotionSample, PathShape<D>)> = None;
-    planned.each_sample(|interval, m| {
+    planned.each_sample(places, |interval, m| {
         let (v, a, j) = (m.feed_mm_s, m.accel_mm_s2, m.jerk_mm_s3);
         let at = shape(m.s_mm);
-        if let Some((earlier, n, was)) = before.replace((interval, *m, at)) {
-            // Somewhere between two places the third derivative may jump: each has to do with that of the other.
-            let mut meet = |interval: usize, m: &MotionSample, at: &PathShape<D>, other: &PathShape<D>| {
-                let Some(share) = shares.get_mut(interval) else { return };
-                let (v, a, j) = (m.feed_mm_s, m.accel_mm_s2, m.jerk_mm_s3);
-                for i in 0..D {
-                    let (t, k, r) = (at.tangent[i], at.curvature_1_mm[i], other.curvature_rate_1_mm2[i]);
-                    let own = at.curvature_rate_1_mm2[i];
-                    if (r - own).abs() > 0.05 * r.abs().max(own.abs()) {
-                        let jerk = (r * v * v * v + 3.0 * k * v * a + t * j).abs();
-                        share.jerk = share.jerk.max(jerk / limits.jerk_mm_s3[i]);
-                    }
-                }
-            };
-            meet(interval, m, &at, &was);
-            meet(earlier, &n, &was, &at);
-        }
         let Some(share) = shares.get_mut(interval) else { return };
         if let Some(feed) = planner.feed_mm_s {
             share.velocity = share.velocity.max(v / feed);
