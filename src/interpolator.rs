@@ -6,7 +6,7 @@
 
 use nalgebra::SVector;
 
-use crate::feedrate::{Motion, MotionSample};
+use crate::feedrate::{AxisLimited, AxisLimitedPlan, FeedrateError, Motion, MotionSample, PathShape};
 use crate::path::{Cursor, Frame, Path};
 
 /// The commanded state of the tool at one sample.
@@ -53,6 +53,28 @@ impl<const D: usize> Setpoint<D> {
     }
 }
 
+impl<const D: usize> From<&Frame<D>> for PathShape<D> {
+    fn from(frame: &Frame<D>) -> Self {
+        Self {
+            tangent: frame.tangent.into(),
+            curvature_1_mm: frame.curvature_1_mm.into(),
+            curvature_rate_1_mm2: frame.curvature_rate_1_mm2.into(),
+        }
+    }
+}
+
+/// The fastest motion along `path` that keeps the limits of every axis.
+///
+/// # Errors
+/// Those of [`AxisLimited::plan`]: the path must be smooth up to its curvature.
+pub fn plan_under_axis_limits<const D: usize>(
+    planner: &AxisLimited<D>,
+    path: &dyn Path<D>,
+) -> Result<AxisLimitedPlan, FeedrateError> {
+    let mut cursor = Cursor::default();
+    planner.plan(path.length_mm(), |s_mm| PathShape::from(&path.frame(s_mm, &mut cursor)))
+}
+
 /// A stream of setpoints along a path. Memory does not grow with the path.
 ///
 /// The stream ends with the first setpoint at or after the end of the motion: at rest on the end of the path.
@@ -72,7 +94,7 @@ impl<'a, const D: usize> Interpolator<'a, D> {
     pub fn new(path: &'a dyn Path<D>, motion: &Motion, period_s: f64) -> Self {
         let period_s = if period_s > 0.0 && period_s.is_finite() { period_s } else { 0.0 };
         let end = periods(motion.total_s(), period_s);
-        Self { path, motion: *motion, period_s, next: 0, end, cursor: Cursor::default() }
+        Self { path, motion: motion.clone(), period_s, next: 0, end, cursor: Cursor::default() }
     }
 
     /// Number of the last setpoint: the stream holds one more than this.

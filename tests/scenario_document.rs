@@ -8,8 +8,8 @@ use std::path::Path;
 use common::{alpha, altered, bare};
 use rand::{RngExt, SeedableRng};
 use rand_xoshiro::Xoshiro256PlusPlus;
-use servosim::feedrate::Profile;
-use servosim::scenario::{Document, Scenario, ScenarioError, builtin_names, json_schema};
+use servosim::feedrate::{AxisLimits, Profile};
+use servosim::scenario::{Document, FeedProfile, Scenario, ScenarioError, builtin_names, json_schema};
 use servosim::servo::Derivative;
 
 fn with(sets: &[&str]) -> Result<Scenario, ScenarioError> {
@@ -73,12 +73,25 @@ fn words_lists_and_new_tables_can_be_set() {
 
 #[test]
 fn setting_another_choice_replaces_the_one_that_is_there() {
-    assert_eq!(with(&["feedrate.profile.quintic.phase_s=0.2"]).unwrap().profile, Profile::Quintic { phase_s: 0.2 });
+    assert_eq!(
+        with(&["feedrate.profile.quintic.phase_s=0.2"]).unwrap().profile,
+        FeedProfile::Phases(Profile::Quintic { phase_s: 0.2 })
+    );
     assert_eq!(
         with(&["feedrate.profile.jerk_limited.accel_mm_s2=2000", "feedrate.profile.jerk_limited.jerk_mm_s3=5e4"])
             .unwrap()
             .profile,
-        Profile::JerkLimited { accel_mm_s2: 2000.0, jerk_mm_s3: 5e4 }
+        FeedProfile::Phases(Profile::JerkLimited { accel_mm_s2: 2000.0, jerk_mm_s3: 5e4 })
+    );
+    let limits = ["velocity_mm_s=[150, 120]", "acceleration_mm_s2=[2000, 1500]", "jerk_mm_s3=[5e4, 4e4]"]
+        .map(|limit| format!("feedrate.profile.axis_limited.{limit}"));
+    assert_eq!(
+        with(&limits.each_ref().map(String::as_str)).unwrap().profile,
+        FeedProfile::AxisLimited(AxisLimits {
+            velocity_mm_s: [150.0, 120.0],
+            acceleration_mm_s2: [2000.0, 1500.0],
+            jerk_mm_s3: [5e4, 4e4],
+        })
     );
     let circle = with(&["path.circle.radius_mm=10", "path.circle.centre_mm=[0, 0]"]).unwrap();
     assert!((circle.path.length_mm() - std::f64::consts::TAU * 10.0).abs() < 1e-12);
@@ -98,7 +111,7 @@ fn setting_another_choice_replaces_the_one_that_is_there() {
         "inline.toml",
     );
     inline.set("feedrate.profile.cubic.phase_s=0.3").unwrap();
-    assert_eq!(inline.scenario().unwrap().profile, Profile::Cubic { phase_s: 0.3 });
+    assert_eq!(inline.scenario().unwrap().profile, FeedProfile::Phases(Profile::Cubic { phase_s: 0.3 }));
 }
 
 #[test]

@@ -11,6 +11,7 @@
 //! - the drop cutter, against `OpenCAMLib` (`tests/drop_opencamlib.py`)
 //! - nested rings of large contours
 //! - the machining check: pieces of a path a second
+//! - motions under axis limits: grids of 10³ … 10⁵ points
 //! - splines of 10² … 10⁶ nodal points, time and memory
 
 mod batch;
@@ -19,6 +20,7 @@ mod drive;
 mod drop;
 mod fit;
 mod guide;
+mod optimal;
 mod process;
 mod program;
 mod recording;
@@ -46,6 +48,7 @@ fn main() {
         ("drop", drop::bench),
         ("guide", guide::bench),
         ("removal", removal::bench),
+        ("optimal", optimal::bench),
     ];
     for (name, bench) in benches {
         if filters.is_empty() || filters.iter().any(|filter| name.contains(filter.as_str())) {

@@ -8,7 +8,7 @@ use clap::{Args, ValueEnum};
 use servosim::feedrate::{Motion, Profile, optimize_n_c};
 use servosim::recording::{Recording, Sample, Third};
 use servosim::report::{self, PlotSample, RunData, RunFacts};
-use servosim::scenario::Document;
+use servosim::scenario::{Document, FeedProfile};
 
 use super::output::{make_folder, note};
 use super::{CliError, Outcome};
@@ -178,11 +178,14 @@ fn facts(path: &Path, recording: &Recording) -> RunFacts {
 }
 
 /// The other of the paper's two profiles, along the same path in the same time: the plain quintic, or for a quintic the
-/// exponential one with the lowest jerk. None where the scenario cannot be read any more.
+/// exponential one with the lowest jerk. None where the scenario cannot be read any more, and for motions under axis limits.
 fn comparison(scenario: &str) -> Option<(String, Motion)> {
     let scenario = Document::from_text(scenario, "recording").scenario().ok()?;
     let (length_mm, feed) = (scenario.motion.length_mm(), scenario.feed_mm_s);
-    if let Profile::Quintic { phase_s } = scenario.profile {
+    if let FeedProfile::AxisLimited(_) = scenario.profile {
+        return None;
+    }
+    if let FeedProfile::Phases(Profile::Quintic { phase_s }) = scenario.profile {
         let n_c = *optimize_n_c(feed, phase_s).ok()?.point.first()?;
         let motion = Motion::plan(length_mm, feed, Profile::Exponential { phase_s, n_c }).ok()?;
         return Some((format!("exponential, n_c = {n_c:.2}"), motion));

@@ -1,16 +1,20 @@
 //! Feedrate: time-dependent phases and the motion `s(t)` along a length.
 //!
 //! A [`Phase`] takes the feed from rest to the commanded feed; [`Motion`] strings acceleration, cruise and the mirrored
-//! deceleration together along a path of a given length. [`LookAhead`] does so along a stream of pieces with their own limits. Feedrate `V` in mm/s, phase length `T` in s, `τ = t/T ∈ [0, 1]`.
+//! deceleration together along a path of a given length. [`LookAhead`] does so along a stream of pieces with
+//! their own limits, and [`AxisLimited`] as fast as every axis of the machine can. [`FeedOverride`] runs any of them at another pace. Feedrate `V` in mm/s, phase length `T` in s, `τ = t/T ∈ [0, 1]`.
 //!
 //! | profile | acceleration | source |
 //! |---|---|---|
 //! | [`Profile::Linear`], [`Profile::Cubic`], [`Profile::Quintic`] | Bernstein feed of degree 1, 3, 5 | Jahanpour et al., section 4 |
 //! | [`Profile::Exponential`] | the quintic with end accelerations that depend on τ | the same, section 5 |
 //! | [`Profile::JerkLimited`] | constant jerk, constant acceleration, constant jerk (seven phases in all) | textbook |
+//! | [`AxisLimited`] | as fast as velocity, acceleration and jerk limits of every axis allow along the path | Verscheure et al. |
 
+mod axis_limited;
 mod bernstein;
 mod exponential;
+mod feed_override;
 mod jerk_limited;
 mod look_ahead;
 mod motion;
@@ -18,8 +22,10 @@ mod n_c;
 mod phase;
 mod span;
 
+pub use axis_limited::{AxisLimited, AxisLimitedPlan, AxisLimits, MAX_GRID_POINTS, PathShape};
 pub use bernstein::{BernsteinPhase, FeedState};
 pub use exponential::{ExponentialPhase, N_C_RANGE};
+pub use feed_override::{FeedOverride, MAX_OVERRIDE, MAX_OVERRIDE_STEPS, OverrideStep};
 pub use jerk_limited::JerkLimitedPhase;
 pub use look_ahead::{LookAhead, MAX_LOOK_AHEAD, PathPiece};
 pub use motion::{Motion, Profile};
@@ -55,10 +61,28 @@ pub enum FeedrateError {
         /// The most negative acceleration of the acceleration phase \[mm/s²\].
         accel_mm_s2: f64,
     },
+    /// A path's derivatives are not finite, or its tangent vanishes.
+    #[error("the path has no finite derivatives, or no direction, at {s_mm} mm")]
+    BadShape {
+        /// Arc length \[mm\].
+        s_mm: f64,
+    },
+    /// No speed keeps acceleration and jerk finite at a corner of the path, or where its curvature jumps.
+    #[error(
+        "the path turns by {turn_rad:.3e} rad and its curvature jumps by {curvature_1_mm:.3e} 1/mm at {s_mm} mm: no speed keeps the axes' acceleration and jerk limits there (smooth the path, or plan its parts one by one)"
+    )]
+    Corner {
+        /// Arc length \[mm\].
+        s_mm: f64,
+        /// Turn within the shortest interval of the grid \[rad\].
+        turn_rad: f64,
+        /// Jump of the curvature \[1/mm\].
+        curvature_1_mm: f64,
+    },
 }
 
 /// `value` if it lies between 1e-9 and 1e9: quotients and powers of such values neither overflow nor vanish.
-fn positive(name: &'static str, value: f64) -> Result<f64, FeedrateError> {
+pub(crate) fn positive(name: &'static str, value: f64) -> Result<f64, FeedrateError> {
     if (1e-9..=1e9).contains(&value) {
         Ok(value)
     } else {

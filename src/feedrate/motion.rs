@@ -1,5 +1,9 @@
 //! Motion along a path of a given length: accelerate, cruise, decelerate.
 
+use std::sync::Arc;
+
+use super::axis_limited::Planned;
+use super::feed_override::{FeedOverride, Overridden};
 use super::phase::{MotionPeaks, MotionSample, Phase};
 use super::{BernsteinPhase, ExponentialPhase, FeedState, FeedrateError, JerkLimitedPhase, positive};
 
@@ -42,9 +46,11 @@ pub enum Profile {
 /// Where the path is too short to reach the feed the peak feed falls: the phases keep their shape (and, but for the
 /// jerk-limited ones, their length), so that acceleration and jerk fall with it, and the motion still ends at rest
 /// exactly at the end.
-#[derive(Debug, Clone, Copy, PartialEq)]
+///
+/// A motion under axis limits ([`AxisLimited`](super::AxisLimited)) has no such phases: it is a table, which clones share.
+#[derive(Debug, Clone, PartialEq)]
 pub struct Motion {
-    accelerate: Phase,
+    law: Law,
     phase_s: f64,
     phase_mm: f64,
     cruise_s: f64,
@@ -53,7 +59,37 @@ pub struct Motion {
     total_s: f64,
 }
 
+#[derive(Debug, Clone, PartialEq)]
+enum Law {
+    /// This acceleration, cruise, and the acceleration mirrored.
+    Phases(Phase),
+    /// Node by node.
+    Planned(Arc<Planned>),
+    /// Another motion at a changing pace.
+    Overridden(Arc<Overridden>),
+}
+
 impl Motion {
+    /// A motion from a table.
+    pub(super) fn of_planned(planned: Planned) -> Self {
+        let (total_s, length_mm, feed_mm_s) = (planned.total_s(), planned.length_mm(), planned.peaks().feed_mm_s);
+        Self::without_phases(Law::Planned(Arc::new(planned)), total_s, length_mm, feed_mm_s)
+    }
+
+    fn without_phases(law: Law, total_s: f64, length_mm: f64, feed_mm_s: f64) -> Self {
+        Self { law, phase_s: 0.5 * total_s, phase_mm: 0.5 * length_mm, cruise_s: 0.0, feed_mm_s, length_mm, total_s }
+    }
+
+    /// The same motion under a feed override.
+    ///
+    /// # Errors
+    /// A transition that is not between 1e-9 and 1e9, steps out of order or range, or a hold that is never ended.
+    pub fn with_override(&self, how: &FeedOverride) -> Result<Self, FeedrateError> {
+        let motion = Overridden::new(self.clone(), how)?;
+        let (total_s, length_mm, feed_mm_s) = (motion.total_s(), motion.length_mm(), motion.peaks().feed_mm_s);
+        Ok(Self::without_phases(Law::Overridden(Arc::new(motion)), total_s, length_mm, feed_mm_s))
+    }
+
     /// Plans a motion along `length_mm` at `feed_mm_s`.
     ///
     /// # Errors
@@ -99,7 +135,7 @@ impl Motion {
         let phase_mm = accelerate.distance_mm();
         let cruise_s = ((length - 2.0 * phase_mm) / feed).max(0.0);
         Ok(Self {
-            accelerate,
+            law: Law::Phases(accelerate),
             phase_s,
             phase_mm,
             cruise_s,
@@ -124,7 +160,7 @@ impl Motion {
         self.feed_mm_s
     }
 
-    /// Length of the acceleration phase \[s\], the same as that of the deceleration.
+    /// Length of the acceleration phase \[s\], the same as that of the deceleration; half of a motion that has no phases.
     pub fn phase_s(&self) -> f64 {
         self.phase_s
     }
@@ -136,7 +172,11 @@ impl Motion {
 
     /// Largest feed, acceleration and jerk of the motion.
     pub fn peaks(&self) -> MotionPeaks {
-        self.accelerate.peaks()
+        match &self.law {
+            Law::Phases(accelerate) => accelerate.peaks(),
+            Law::Planned(planned) => planned.peaks(),
+            Law::Overridden(motion) => motion.peaks(),
+        }
     }
 
     /// Motion at `t_s`; at rest on the start before 0 and on the end after [`Motion::total_s`].
@@ -145,9 +185,14 @@ impl Motion {
         if t_s >= self.total_s {
             return MotionSample { s_mm: self.length_mm, ..MotionSample::default() };
         }
+        let accelerate = match &self.law {
+            Law::Phases(accelerate) => accelerate,
+            Law::Planned(planned) => return if t_s > 0.0 { planned.at(t_s) } else { planned.at(0.0) },
+            Law::Overridden(motion) => return if t_s > 0.0 { motion.at(t_s) } else { MotionSample::default() },
+        };
         let after = t_s - self.phase_s;
         if after < 0.0 {
-            return if t_s < 0.0 { MotionSample::default() } else { self.accelerate.at(t_s) };
+            return if t_s < 0.0 { MotionSample::default() } else { accelerate.at(t_s) };
         }
         if after <= self.cruise_s {
             return MotionSample {
@@ -156,7 +201,7 @@ impl Motion {
                 ..MotionSample::default()
             };
         }
-        let mirrored = self.accelerate.at(self.total_s - t_s);
+        let mirrored = accelerate.at(self.total_s - t_s);
         MotionSample { s_mm: self.length_mm - mirrored.s_mm, accel_mm_s2: -mirrored.accel_mm_s2, ..mirrored }
     }
 }

@@ -6,13 +6,14 @@ use toml::Spanned;
 
 use super::diagnostics::Diagnostic;
 use super::file::{
-    RawAxis, RawControl, RawDerivative, RawDrive, RawExponent, RawFeedrate, RawLimits, RawPdff, RawPlant, RawProfile,
-    RawScenario,
+    RawAxis, RawAxisLimited, RawControl, RawDerivative, RawDrive, RawExponent, RawFeedrate, RawLimits, RawPdff,
+    RawPlant, RawProfile, RawScenario,
 };
-use super::{Scenario, check_drive, check_path};
-use crate::feedrate::{FeedrateError, Motion, Profile, optimize_n_c};
+use super::{FeedProfile, Scenario, check_drive, check_path};
+use crate::feedrate::{AxisLimits, FeedrateError, Motion, Profile, optimize_n_c};
 use crate::limits::Limits;
 use crate::optimize::Outcome;
+use crate::path::Path;
 use crate::servo::{AxisParameters, Derivative, Drive, LoopSettings, Pdff, Plant, ServoError};
 use crate::simulation::SimulationError;
 
@@ -33,7 +34,7 @@ pub(super) fn scenario(raw: &RawScenario, default_name: &str, source: &str) -> R
     let name = name(raw.name.as_ref(), default_name, &mut problems);
     let path = check_path::path(&raw.path).map_err(|mut found| problems.append(&mut found)).ok();
     let length_mm = path.as_ref().map_or(ANY_LENGTH_MM, |path| path.length_mm());
-    let feedrate = feedrate(&raw.feedrate, length_mm, &mut problems);
+    let feedrate = feedrate(&raw.feedrate, length_mm, path.as_deref(), &mut problems);
     let settings = control(&raw.control, &mut problems);
     let axes = [("x", &raw.axes.x), ("y", &raw.axes.y)].map(|(name, raw)| axis(name, raw, &mut problems));
     let drives = [("x", &raw.axes.x), ("y", &raw.axes.y)];
@@ -120,14 +121,23 @@ fn of_feedrate(error: &FeedrateError, span: Range<usize>) -> Diagnostic {
         }
         FeedrateError::OutOfRange { name: "phase_s", .. } => "give the time to reach the feed in seconds, such as 0.1",
         FeedrateError::OutOfRange { name: "feed_mm_s", .. } => "give the feed in mm/s, such as 100",
+        FeedrateError::OutOfRange { name: "velocity_mm_s" | "acceleration_mm_s2" | "jerk_mm_s3", .. } => {
+            "give a positive number for X and one for Y, such as acceleration_mm_s2 = [2000, 2000]"
+        }
         FeedrateError::OutOfRange { .. } => "give a positive number, such as accel_mm_s2 = 2000, jerk_mm_s3 = 50000",
         FeedrateError::NotMonotone { .. } => {
             "lower n_c, shorten phase_s or raise feed_mm_s; or use [feedrate.profile.quintic]"
         }
+        FeedrateError::BadShape { .. } | FeedrateError::Corner { .. } => {
+            "limits of the axes need a path that is smooth up to its curvature; [feedrate.profile.jerk_limited] runs along any"
+        }
     })
 }
 
-fn feedrate(raw: &RawFeedrate, length_mm: f64, problems: &mut Problems) -> Option<(Motion, Profile, Option<Outcome>)> {
+/// Motion, profile, and the search for its exponent.
+type Planned = (Motion, FeedProfile, Option<Outcome>);
+
+fn feedrate(raw: &RawFeedrate, length_mm: f64, path: Option<&dyn Path<2>>, problems: &mut Problems) -> Option<Planned> {
     let before = problems.len();
     // Each value by itself, beside others that are fine, so that none hides another.
     let mut alone = |span: Range<usize>, feed_mm_s: f64, profile: Profile| {
@@ -147,6 +157,9 @@ fn feedrate(raw: &RawFeedrate, length_mm: f64, problems: &mut Problems) -> Optio
             alone(raw.accel_mm_s2.span(), 100.0, Profile::JerkLimited { accel_mm_s2, jerk_mm_s3: 1e5 });
             alone(raw.jerk_mm_s3.span(), 100.0, Profile::JerkLimited { accel_mm_s2: 1e3, jerk_mm_s3 });
             (None, None)
+        }
+        RawProfile::AxisLimited(raw) => {
+            return if problems.len() > before { None } else { axis_limited(raw, feed_mm_s, path, problems) };
         }
     };
     if let Some(phase) = phase {
@@ -184,11 +197,45 @@ fn feedrate(raw: &RawFeedrate, length_mm: f64, problems: &mut Problems) -> Optio
         RawProfile::JerkLimited(raw) => {
             Profile::JerkLimited { accel_mm_s2: *raw.accel_mm_s2.get_ref(), jerk_mm_s3: *raw.jerk_mm_s3.get_ref() }
         }
+        RawProfile::AxisLimited(_) => return None,
     };
     let place = exponent.map(Spanned::span).or(phase.map(Spanned::span)).unwrap_or(raw.feed_mm_s.span());
     match Motion::plan(length_mm, feed_mm_s, profile) {
         Err(error) => problems.push(of_feedrate(&error, place)),
-        Ok(motion) => return Some((motion, profile, search)),
+        Ok(motion) => return Some((motion, FeedProfile::Phases(profile), search)),
+    }
+    None
+}
+
+/// The motion under axis limits, and none while the path is not known.
+fn axis_limited(
+    raw: &RawAxisLimited,
+    feed_mm_s: f64,
+    path: Option<&dyn Path<2>>,
+    problems: &mut Problems,
+) -> Option<Planned> {
+    let before = problems.len();
+    for (name, point) in [
+        ("velocity_mm_s", &raw.velocity_mm_s),
+        ("acceleration_mm_s2", &raw.acceleration_mm_s2),
+        ("jerk_mm_s3", &raw.jerk_mm_s3),
+    ] {
+        if let Some(error) = point.get_ref().0.iter().find_map(|&value| crate::feedrate::positive(name, value).err()) {
+            problems.push(of_feedrate(&error, point.span()));
+        }
+    }
+    if problems.len() > before {
+        return None;
+    }
+    let limits = AxisLimits {
+        velocity_mm_s: raw.velocity_mm_s.get_ref().0,
+        acceleration_mm_s2: raw.acceleration_mm_s2.get_ref().0,
+        jerk_mm_s3: raw.jerk_mm_s3.get_ref().0,
+    };
+    let profile = FeedProfile::AxisLimited(limits);
+    match profile.motion(path?, feed_mm_s) {
+        Ok(motion) => return Some((motion, profile, None)),
+        Err(error) => problems.push(of_feedrate(&error, raw.velocity_mm_s.span())),
     }
     None
 }

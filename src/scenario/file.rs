@@ -102,7 +102,8 @@ pub(super) struct RawFeedrate {
     /// Commanded feed along the path, in mm/s. On a path too short for it the peak feed falls.
     #[schemars(with = "f64", extend("exclusiveMinimum" = 0))]
     pub(super) feed_mm_s: Spanned<f64>,
-    /// How the feed is reached: exactly one of `linear`, `cubic`, `quintic`, `exponential` and `jerk_limited`.
+    /// How the feed is reached: exactly one of `linear`, `cubic`, `quintic`, `exponential`, `jerk_limited` and
+    /// `axis_limited`.
     pub(super) profile: RawProfile,
 }
 
@@ -120,6 +121,8 @@ pub(super) enum RawProfile {
     Exponential(RawExponential),
     /// Seven phases with bounded acceleration and jerk.
     JerkLimited(RawJerkLimited),
+    /// As fast as every axis can: the feed changes along the path, `feed_mm_s` is the most.
+    AxisLimited(RawAxisLimited),
 }
 
 /// A phase of given length.
@@ -211,6 +214,21 @@ pub(super) struct RawJerkLimited {
     /// Largest jerk, in mm/s³.
     #[schemars(with = "f64", extend("exclusiveMinimum" = 0))]
     pub(super) jerk_mm_s3: Spanned<f64>,
+}
+
+/// As fast as every axis can, from rest to rest. The path must be smooth up to its curvature.
+#[derive(Debug, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub(super) struct RawAxisLimited {
+    /// Largest speed of X and Y, in mm/s.
+    #[schemars(with = "[f64; 2]")]
+    pub(super) velocity_mm_s: RawPoint,
+    /// Largest acceleration of X and Y, in mm/s².
+    #[schemars(with = "[f64; 2]")]
+    pub(super) acceleration_mm_s2: RawPoint,
+    /// Largest jerk of X and Y, in mm/s³.
+    #[schemars(with = "[f64; 2]")]
+    pub(super) jerk_mm_s3: RawPoint,
 }
 
 /// How the servo loop is sampled.

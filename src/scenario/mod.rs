@@ -48,6 +48,7 @@ mod diagnostics;
 mod document;
 mod drive_file;
 mod explain;
+mod feed_profile;
 mod file;
 mod form;
 mod guard;
@@ -64,6 +65,7 @@ use std::sync::atomic::AtomicBool;
 
 pub use diagnostics::{Diagnostic, ScenarioError};
 pub use document::{Document, builtin_names, builtin_part_names};
+pub use feed_profile::FeedProfile;
 pub use guard::{MAX_ARRAY_ITEMS, MAX_TEXT_BYTES};
 pub use part::{Part, PartLimits};
 pub use part_program::{PlannedProgram, ToolPathSummary};
@@ -90,7 +92,7 @@ pub struct Scenario {
     /// The motion along the path, planned from `feed_mm_s`, `profile` and the path's length.
     pub motion: Motion,
     /// How the feed is reached and left.
-    pub profile: Profile,
+    pub profile: FeedProfile,
     /// The search that chose `n_c`, where the file says `n_c = "optimize"`.
     pub n_c_search: Option<Outcome>,
     /// The axes, X and Y.
@@ -156,7 +158,7 @@ impl Scenario {
     /// Exponent of the exponential profile.
     pub fn n_c(&self) -> Option<f64> {
         match self.profile {
-            Profile::Exponential { n_c, .. } => Some(n_c),
+            FeedProfile::Phases(Profile::Exponential { n_c, .. }) => Some(n_c),
             _ => None,
         }
     }

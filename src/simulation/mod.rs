@@ -237,7 +237,7 @@ impl<'a, const A: usize> Simulation<'a, A> {
         let axes = Axes::new(&parameters, drives, cross_coupling, &settings, &start)?;
         let coming = Some(axes.look_ahead()).filter(|&ahead| ahead > 0).map(|ahead| VecDeque::with_capacity(ahead + 1));
         let contour = ContourMeter::new(path);
-        let motion = *motion;
+        let motion = motion.clone();
         Ok(Self { path, motion, parameters, settings, interpolator, axes, coming, contour, next: 0, last })
     }
 
@@ -275,7 +275,7 @@ impl<'a, const A: usize> Simulation<'a, A> {
         stop: Option<&AtomicBool>,
         observers: &mut [&mut dyn Observer<A>],
     ) -> Result<Ending, SimulationError> {
-        let (motion, settings, axes) = (self.motion, self.settings, self.parameters);
+        let (motion, settings, axes) = (self.motion.clone(), self.settings, self.parameters);
         let plan = RunPlan::new(self.path, &motion, &settings, &axes, limits, self.samples());
         drive(self, &plan, stop, observers)
     }

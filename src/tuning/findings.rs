@@ -7,7 +7,6 @@ use super::problem::{Assessment, Objective, Problem};
 use super::runs::{Figures, Runs, noisy};
 use super::search::{Tuned, Tuning};
 use super::variable::Gain;
-use crate::feedrate::Motion;
 use crate::limits::AXIS_NAMES;
 use crate::scenario::Scenario;
 use crate::servo::AxisParameters;
@@ -323,7 +322,7 @@ fn checks(scenario: &Scenario, before: &[AxisParameters; 2], after: &[AxisParame
         |scenario: &Scenario, axes: &[AxisParameters; 2]| Runs::new(scenario).ok()?.of(&[*axes]).first().copied();
     let star = Scenario::builtin("star").ok().map(|star| Scenario { settings: scenario.settings, ..star });
     let feed_mm_s = HIGHER_FEED * scenario.feed_mm_s;
-    let faster = Motion::plan(scenario.path.length_mm(), feed_mm_s, scenario.profile).ok().map(|motion| Scenario {
+    let faster = scenario.profile.motion(&*scenario.path, feed_mm_s).ok().map(|motion| Scenario {
         feed_mm_s,
         motion,
         ..scenario.clone()

@@ -1,0 +1,219 @@
+//! The fastest motion along a path that keeps the limits of every axis.
+//!
+//! On the axis `i` of a path `x(s)` the motion `s(t)` makes
+//!
+//! ```text
+//! velocity      x_i' ṡ                              [mm/s]
+//! acceleration  x_i'' ṡ² + x_i' s̈                   [mm/s²]
+//! jerk          x_i''' ṡ³ + 3 x_i'' ṡ s̈ + x_i' s⃛     [mm/s³]
+//! ```
+//!
+//! With `q(s) = ṡ²` is `s̈ = q'/2` and `s⃛ = ṡ q''/2`: velocity and acceleration limits are linear in `q`, a jerk limit divided by the
+//! speed is `|x''' q + 3 x'' q'/2 + x' q''/2| ≤ j/√q`, and the time `∫ ds/√q` is convex. `q` is a quadratic spline with continuous
+//! derivative over a grid of arc length; each of its coefficients meets two neighbours in a limit, so that an interior-point method
+//! (Mehrotra's predictor and corrector) needs one banded factorisation an iteration: time and memory grow linearly with the number of
+//! grid points. `j/√q` is convex in `q`: its tangent lies below it, so that every iterate keeps the limits and the last one can
+//! always be run. At the ends, where `q` grows with the power 4/3 of the distance, the first interval has constant jerk in time and the
+//! grid is graded towards it.
+//!
+//! The motion that is run is a spline of degree 5 in time through position, speed and acceleration at the grid points
+//! (continuous acceleration). It is held against the limits at ten places of every interval (46 in the end); what it passes
+//! them by is taken off the limits there, and in the end off the pace of the whole motion. Where the path's third derivative jumps there
+//! is a grid point.
+//!
+//! Sources: Verscheure, Demeulenaere, Swevers, De Schutter, Diehl, "Time-optimal path tracking for robots: a convex optimization
+//! approach", IEEE Transactions on Automatic Control 54 (2009), sections II to IV (`q` as the variable); Nocedal, Wright,
+//! "Numerical optimization", 2nd edition, sections 14.2 and 19.3 (predictor and corrector, interior points).
+
+mod banded;
+mod grid;
+mod interior;
+mod planned;
+mod program;
+mod verify;
+
+pub(super) use planned::Planned;
+
+use super::{FeedrateError, Motion, positive};
+use interior::Solution;
+use program::Program;
+
+/// Most points of the grid of arc length.
+pub const MAX_GRID_POINTS: usize = 4_000_000;
+
+/// Largest share by which the planned motion may slow down in the end instead of one more round.
+const TOLERANCE: f64 = 2e-4;
+
+/// Places of every interval where the motion is held against the limits in the end.
+const FINAL_PLACES: u32 = 46;
+
+/// Rounds in which limits that are passed between the points of the grid are tightened there.
+const ROUNDS: usize = 4;
+
+/// What every axis can do.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct AxisLimits<const D: usize> {
+    /// Largest speed of each axis \[mm/s\].
+    pub velocity_mm_s: [f64; D],
+    /// Largest acceleration of each axis \[mm/s²\].
+    pub acceleration_mm_s2: [f64; D],
+    /// Largest jerk of each axis \[mm/s³\].
+    pub jerk_mm_s3: [f64; D],
+}
+
+/// How a path runs at an arc length: its derivatives with respect to it.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct PathShape<const D: usize> {
+    /// Unit tangent `x'`.
+    pub tangent: [f64; D],
+    /// Curvature vector `x''` \[1/mm\].
+    pub curvature_1_mm: [f64; D],
+    /// Its derivative `x'''` \[1/mm²\].
+    pub curvature_rate_1_mm2: [f64; D],
+}
+
+/// The planner of motions under axis limits.
+///
+/// ```
+/// use servosim::feedrate::{AxisLimited, AxisLimits, PathShape};
+///
+/// let limits = AxisLimits { velocity_mm_s: [200.0], acceleration_mm_s2: [2000.0], jerk_mm_s3: [50_000.0] };
+/// let line = |_| PathShape { tangent: [1.0], curvature_1_mm: [0.0], curvature_rate_1_mm2: [0.0] };
+/// let plan = AxisLimited::new(limits).plan(100.0, line)?;
+/// // The seven phases: L/v + v/a + a/j = 0.64 s.
+/// assert!((plan.motion.total_s() / 0.64 - 1.0).abs() < 0.005);
+/// # Ok::<(), servosim::feedrate::FeedrateError>(())
+/// ```
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct AxisLimited<const D: usize> {
+    /// The limits, each between 1e-9 and 1e9.
+    pub limits: AxisLimits<D>,
+    /// Largest feed along the path, if there is one \[mm/s\].
+    pub feed_mm_s: Option<f64>,
+    /// Largest distance of the grid's points \[mm\]; none: chosen from the limits and the length. Where the path bends sharply, and
+    /// at its ends, the points are closer.
+    pub step_mm: Option<f64>,
+}
+
+/// A motion under axis limits, and how it was found.
+#[derive(Debug, Clone, PartialEq)]
+pub struct AxisLimitedPlan {
+    /// The motion.
+    pub motion: Motion,
+    /// Points of the grid of arc length.
+    pub grid_points: usize,
+    /// Iterations of the interior-point method, over all rounds.
+    pub iterations: usize,
+    /// How often limits had to be tightened between grid points.
+    pub rounds: usize,
+    /// By how much the whole motion was slowed down in the end, where that is more than 1, to keep the limits between grid points.
+    pub worst_share: f64,
+    /// Bound of the share of time that is lost against the optimum of the grid's problem, near this solution.
+    pub gap: f64,
+}
+
+impl<const D: usize> AxisLimited<D> {
+    /// Limits without a feed limit.
+    pub fn new(limits: AxisLimits<D>) -> Self {
+        Self { limits, feed_mm_s: None, step_mm: None }
+    }
+
+    /// With a largest feed along the path \[mm/s\].
+    #[must_use]
+    pub fn with_feed(mut self, feed_mm_s: f64) -> Self {
+        self.feed_mm_s = Some(feed_mm_s);
+        self
+    }
+
+    /// Plans the motion along a path of `length_mm`, from rest to rest. `shape` tells how the path runs at an arc length; it is
+    /// asked at ten places a grid interval and round and more in the end, mostly in rising order. Where its third derivative jumps both sides count.
+    ///
+    /// # Errors
+    /// A limit, the length, the feed or the step not between 1e-9 and 1e9; a shape that is not finite
+    /// ([`FeedrateError::BadShape`]); a corner or a jump of the curvature, where no speed keeps the limits
+    /// ([`FeedrateError::Corner`]); more than [`MAX_GRID_POINTS`] points.
+    pub fn plan(
+        &self,
+        length_mm: f64,
+        mut shape: impl FnMut(f64) -> PathShape<D>,
+    ) -> Result<AxisLimitedPlan, FeedrateError> {
+        let length = positive("length_mm", length_mm)?;
+        self.check()?;
+        let grid = grid::grid(self, length, &mut shape)?;
+        let mut program = Program::new(self, grid, &mut shape)?;
+        let mut solution = interior::solve(&program, None);
+        let mut iterations = solution.iterations;
+        let mut best: Option<(f64, f64, Planned, Solution)> = None;
+        let mut rounds = 0;
+        loop {
+            let planned = program.motion(&solution);
+            let shares = verify::shares(&planned, self, 10, &mut shape);
+            let worst = shares.iter().map(verify::Share::pace).fold(0.0, f64::max);
+            let time = planned.total_s() * worst.max(1.0);
+            if best.as_ref().is_none_or(|(before, ..)| time < *before) {
+                best = Some((time, worst, planned, solution.clone()));
+            }
+            if worst <= 1.0 + TOLERANCE || rounds == ROUNDS {
+                break;
+            }
+            rounds += 1;
+            program.tighten(&shares);
+            solution = interior::solve(&program, Some(&solution));
+            iterations += solution.iterations;
+        }
+        let Some((_, _, planned, solution)) = best else {
+            return Err(FeedrateError::BadShape { s_mm: 0.0 });
+        };
+        let shares = verify::shares(&planned, self, FINAL_PLACES, &mut shape);
+        let worst = shares.iter().map(verify::Share::pace).fold(0.0, f64::max);
+        let grid_points = planned.nodes();
+        let planned = planned.paced(worst.max(1.0));
+        Ok(AxisLimitedPlan {
+            motion: Motion::of_planned(planned),
+            grid_points,
+            iterations,
+            rounds,
+            worst_share: worst,
+            gap: solution.gap,
+        })
+    }
+
+    fn check(&self) -> Result<(), FeedrateError> {
+        let all =
+            |name: &'static str, values: &[f64; D]| values.iter().try_for_each(|&v| positive(name, v).map(|_| ()));
+        all("velocity_mm_s", &self.limits.velocity_mm_s)?;
+        all("acceleration_mm_s2", &self.limits.acceleration_mm_s2)?;
+        all("jerk_mm_s3", &self.limits.jerk_mm_s3)?;
+        if D == 0 {
+            return Err(FeedrateError::OutOfRange { name: "axes", value: 0.0, needed: "at least one" });
+        }
+        if let Some(feed) = self.feed_mm_s {
+            positive("feed_mm_s", feed)?;
+        }
+        if let Some(step) = self.step_mm {
+            positive("step_mm", step)?;
+        }
+        Ok(())
+    }
+
+    /// The smallest acceleration and jerk limit, the acceleration of all axes together, and the largest speed that a tangent along one axis may have.
+    fn scale(&self) -> Scale {
+        let least = |values: &[f64; D]| values.iter().copied().fold(f64::INFINITY, f64::min);
+        let most = self.limits.velocity_mm_s.iter().copied().fold(0.0, f64::max);
+        Scale {
+            speed: self.feed_mm_s.map_or(most, |feed| feed.min(most)),
+            accel: least(&self.limits.acceleration_mm_s2),
+            accel_norm: self.limits.acceleration_mm_s2.iter().map(|a| a * a).sum::<f64>().sqrt(),
+            jerk: least(&self.limits.jerk_mm_s3),
+        }
+    }
+}
+
+/// The size of things: what the grid and the start of the search are chosen by.
+#[derive(Debug, Clone, Copy)]
+struct Scale {
+    speed: f64,
+    accel: f64,
+    accel_norm: f64,
+    jerk: f64,
+}

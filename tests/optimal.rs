@@ -1,0 +1,303 @@
+//! Motion under axis limits: closed forms, limits between grid points on random splines, bad input.
+
+use nalgebra::Vector2;
+use rand::{RngExt, SeedableRng};
+use rand_xoshiro::Xoshiro256PlusPlus;
+use servosim::feedrate::{
+    AxisLimited, AxisLimitedPlan, AxisLimits, FeedOverride, FeedrateError, Motion, MotionSample, OverrideStep,
+    PathShape, Profile,
+};
+use servosim::path::{Circle, Cursor, Path, PhSpline};
+
+/// How a path runs, as the planner asks for it.
+fn shape<const D: usize>(path: &dyn Path<D>) -> impl FnMut(f64) -> PathShape<D> {
+    let mut cursor = Cursor::default();
+    move |s| {
+        let frame = path.frame(s, &mut cursor);
+        PathShape {
+            tangent: frame.tangent.into(),
+            curvature_1_mm: frame.curvature_1_mm.into(),
+            curvature_rate_1_mm2: frame.curvature_rate_1_mm2.into(),
+        }
+    }
+}
+
+fn plan<const D: usize>(planner: &AxisLimited<D>, path: &dyn Path<D>) -> AxisLimitedPlan {
+    planner.plan(path.length_mm(), shape(path)).unwrap()
+}
+
+fn planar(velocity: f64, acceleration: f64, jerk: f64) -> AxisLimits<2> {
+    AxisLimits { velocity_mm_s: [velocity; 2], acceleration_mm_s2: [acceleration; 2], jerk_mm_s3: [jerk; 2] }
+}
+
+/// The largest shares of velocity, acceleration and jerk limits that a motion uses along a path, at evenly spaced times.
+fn used<const D: usize>(planner: &AxisLimited<D>, path: &dyn Path<D>, motion: &Motion, times: u32) -> [f64; 3] {
+    let mut shape = shape(path);
+    let mut used = [0.0_f64; 3];
+    let mut before = 0.0;
+    for i in 0..=times {
+        let m = motion.at(motion.total_s() * f64::from(i) / f64::from(times));
+        assert!(m.s_mm >= before, "{m:?} after {before}");
+        before = m.s_mm;
+        let MotionSample { feed_mm_s: v, accel_mm_s2: a, jerk_mm_s3: j, .. } = m;
+        let at = shape(m.s_mm);
+        used[0] = used[0].max(planner.feed_mm_s.map_or(0.0, |feed| v / feed));
+        for i in 0..D {
+            let (t, k, r) = (at.tangent[i], at.curvature_1_mm[i], at.curvature_rate_1_mm2[i]);
+            used[0] = used[0].max((t * v).abs() / planner.limits.velocity_mm_s[i]);
+            used[1] = used[1].max((k * v * v + t * a).abs() / planner.limits.acceleration_mm_s2[i]);
+            used[2] = used[2].max((r * v * v * v + 3.0 * k * v * a + t * j).abs() / planner.limits.jerk_mm_s3[i]);
+        }
+    }
+    used
+}
+
+fn alpha() -> PhSpline {
+    let control = [[0., 0.], [12., 18.], [24., 27.], [36., 9.], [24., -9.], [12., 0.], [0., 18.]].map(Vector2::from);
+    PhSpline::from_control_points(&control, false).unwrap()
+}
+
+fn heart() -> PhSpline {
+    let control = [[-20., -50.], [0., -5.], [0., 5.], [-20., 50.], [40., 50.], [75., 5.], [75., -5.], [40., -50.]]
+        .map(Vector2::from);
+    PhSpline::from_control_points(&control, true).unwrap()
+}
+
+fn line() -> PathShape<2> {
+    PathShape { tangent: [0.8, 0.6], curvature_1_mm: [0.0; 2], curvature_rate_1_mm2: [0.0; 2] }
+}
+
+#[test]
+fn validates_a_straight_line_against_the_seven_phases() {
+    let mut rng = Xoshiro256PlusPlus::seed_from_u64(11);
+    for _ in 0..16 {
+        let mut power = |low: f64, high: f64| 10.0_f64.powf(rng.random_range(low..high));
+        let (velocity, acceleration, jerk, length) =
+            (power(1.5, 3.0), power(2.0, 4.0), power(3.5, 6.0), power(0.0, 1.5));
+        let plan = AxisLimited::new(planar(velocity, acceleration, jerk)).plan(length, |_| line()).unwrap();
+        // X is the busier axis: the path may have 1/0.8 of its limits.
+        let profile = Profile::JerkLimited { accel_mm_s2: acceleration / 0.8, jerk_mm_s3: jerk / 0.8 };
+        let exact = Motion::plan(length, velocity / 0.8, profile).unwrap().total_s();
+        // The jerk of an interval is held to its limit at the faster end of it: 1 % in time where intervals are coarse.
+        let ratio = plan.motion.total_s() / exact;
+        assert!((0.9998..1.012).contains(&ratio), "{velocity} {acceleration} {jerk} {length}: {ratio}");
+    }
+}
+
+#[test]
+fn validates_a_circle_at_the_speed_of_its_limits() {
+    // Where an axis points to the centre v² = a r, or v³ = j r² at right angles to it.
+    let (radius, acceleration) = (20.0, 1000.0);
+    let circle = Circle::new(Vector2::zeros(), radius, 0.0, true).unwrap();
+    for (jerk, exact) in [(1e6, (acceleration * radius).sqrt()), (2000.0, (2000.0 * radius * radius).cbrt())] {
+        let planner = AxisLimited::new(planar(1e4, acceleration, jerk));
+        let motion = plan(&planner, &circle).motion;
+        // Nowhere faster than the tighter axis allows at 45 degrees to it, on the way never slower than the circle's own speed.
+        let middle: Vec<f64> = (40..60).map(|i| motion.at(motion.total_s() * f64::from(i) / 100.0).feed_mm_s).collect();
+        let slowest = middle.iter().copied().fold(f64::INFINITY, f64::min);
+        assert!((0.95..1.05).contains(&(slowest / exact)), "{slowest} {exact}");
+        // Commanded to less than that the circle keeps the feed, within the gap of the search.
+        let slower = plan(&planner.with_feed(0.8 * exact), &circle).motion;
+        let cruise = slower.at(0.5 * slower.total_s());
+        assert!((cruise.feed_mm_s / (0.8 * exact) - 1.0).abs() < 2e-3, "{cruise:?}");
+    }
+}
+
+#[test]
+fn validates_huge_jerk_limits_against_bang_bang_acceleration() {
+    let planner = AxisLimited::new(planar(1e3, 1000.0, 1e9));
+    for length in [1.0, 30.0, 400.0] {
+        let plan = planner.plan(length, |_| line()).unwrap();
+        let exact = 2.0 * (length * 0.8 / 1000.0_f64).sqrt();
+        let ratio = plan.motion.total_s() / exact;
+        assert!((0.9998..1.01).contains(&ratio), "{length}: {ratio}");
+    }
+}
+
+#[test]
+fn limits_hold_between_grid_points_on_random_splines() {
+    let mut rng = Xoshiro256PlusPlus::seed_from_u64(12);
+    let mut planned = 0;
+    while planned < 30 {
+        let mut power = |low: f64, high: f64| 10.0_f64.powf(rng.random_range(low..high));
+        let size = power(0.0, 1.3);
+        let mut limits = planar(1.0, 1.0, 1.0);
+        for i in 0..2 {
+            limits.velocity_mm_s[i] = power(1.5, 2.7);
+            limits.acceleration_mm_s2[i] = power(2.5, 4.0);
+            limits.jerk_mm_s3[i] = power(3.7, 6.0);
+        }
+        let feed = power(1.5, 3.0);
+        let count = rng.random_range(4..9_u32);
+        let closed = rng.random_range(0..3_u8) == 0;
+        let points: Vec<Vector2<f64>> = (0..count)
+            .map(|i| {
+                let x = f64::from(i) + rng.random_range(-0.3..0.3);
+                Vector2::new(x, rng.random_range(-1.0..1.0)) * size
+            })
+            .collect();
+        // Not every set of points has a spline of the wanted kind.
+        let Ok(path) = PhSpline::from_nodal_points(&points, closed && count > 4, None) else { continue };
+        planned += 1;
+        let planner = AxisLimited::new(limits).with_feed(feed);
+        let plan = plan(&planner, &path);
+        let times = 10 * u32::try_from(plan.grid_points).unwrap();
+        let used = used(&planner, &path, &plan.motion, times);
+        let case = format!("{points:?} {planner:?} {used:?} {} {} {}", plan.rounds, plan.worst_share, plan.grid_points);
+        assert!(used.iter().all(|share| *share <= 1.001), "{case}");
+        // Something is always at its limit.
+        assert!(used.iter().any(|share| *share > 0.99), "{case}");
+        assert!(plan.gap <= 1e-3, "{case} {}", plan.gap);
+        let motion = &plan.motion;
+        let (start, end) = (motion.at(0.0), motion.at(motion.total_s()));
+        assert_eq!((start.s_mm, start.feed_mm_s, start.accel_mm_s2), (0.0, 0.0, 0.0));
+        assert_eq!((end.s_mm, end.feed_mm_s, end.accel_mm_s2), (path.length_mm(), 0.0, 0.0));
+        // The samples are derivatives of each other.
+        let (t, h) = (0.37 * motion.total_s(), 1e-5 * motion.total_s());
+        let (before, at, after) = (motion.at(t - h), motion.at(t), motion.at(t + h));
+        let slope = (after.s_mm - before.s_mm) / (2.0 * h);
+        assert!((slope - at.feed_mm_s).abs() <= 1e-4 * motion.feed_mm_s(), "{case}");
+    }
+}
+
+#[test]
+fn regression_times_of_alpha_and_heart() {
+    for (path, limits, time_s) in [
+        (alpha(), planar(150.0, 2000.0, 50_000.0), 0.7294),
+        (alpha(), planar(150.0, 1000.0, 20_000.0), 0.9752),
+        (alpha(), planar(300.0, 5000.0, 1e6), 0.4157),
+        (heart(), planar(150.0, 2000.0, 50_000.0), 1.8951),
+        (heart(), planar(150.0, 1000.0, 20_000.0), 2.0474),
+        (heart(), planar(300.0, 5000.0, 1e6), 0.9674),
+    ] {
+        let planner = AxisLimited::new(limits);
+        let motion = plan(&planner, &path).motion;
+        assert!((motion.total_s() / time_s - 1.0).abs() < 5e-4, "{} {time_s}", motion.total_s());
+        let used = used(&planner, &path, &motion, 20_000);
+        assert!(used.iter().all(|share| *share <= 1.001), "{used:?}");
+    }
+}
+
+#[test]
+fn iterations_do_not_grow_with_the_grid() {
+    let path = alpha();
+    let found = [0.2, 0.1, 0.05, 0.025].map(|step| {
+        let planner = AxisLimited { step_mm: Some(step), ..AxisLimited::new(planar(150.0, 2000.0, 50_000.0)) };
+        let plan = plan(&planner, &path);
+        assert!(
+            (plan.motion.total_s() / 0.7294 - 1.0).abs() < 5e-4,
+            "{} {step} {} {} {}",
+            plan.motion.total_s(),
+            plan.rounds,
+            plan.worst_share,
+            plan.gap
+        );
+        plan.iterations
+    });
+    assert!(found.iter().all(|count| *count <= 80), "{found:?}");
+}
+
+#[test]
+fn bad_input_is_told() {
+    let good = planar(100.0, 1000.0, 1e5);
+    for bad in [0.0, -1.0, f64::NAN, f64::INFINITY, 1e10] {
+        for which in 0..5 {
+            let mut planner = AxisLimited::new(good);
+            let mut length = 10.0;
+            match which {
+                0 => planner.limits.velocity_mm_s[1] = bad,
+                1 => planner.limits.acceleration_mm_s2[0] = bad,
+                2 => planner.limits.jerk_mm_s3[1] = bad,
+                3 => planner.feed_mm_s = Some(bad),
+                _ => length = bad,
+            }
+            let error = planner.plan(length, |_| line()).unwrap_err();
+            assert!(matches!(error, FeedrateError::OutOfRange { .. }), "{which} {bad}: {error}");
+        }
+    }
+    let planner = AxisLimited::new(good);
+    for bad in [f64::NAN, f64::INFINITY, 1e31] {
+        let shape = |s: f64| PathShape { curvature_rate_1_mm2: [0.0, if s > 7.0 { bad } else { 0.0 }], ..line() };
+        assert!(matches!(planner.plan(10.0, shape), Err(FeedrateError::BadShape { s_mm }) if s_mm > 6.9));
+    }
+    let nowhere = PathShape { tangent: [0.0; 2], ..line() };
+    assert!(matches!(planner.plan(10.0, |_| nowhere), Err(FeedrateError::BadShape { .. })));
+    // A corner, a cusp, and an arc right after a line: no speed keeps the limits.
+    let corner = |s: f64| PathShape { tangent: if s > 3.0 { [0.6, 0.8] } else { [0.8, 0.6] }, ..line() };
+    let cusp = |s: f64| PathShape { tangent: if s > 3.0 { [-0.8, -0.6] } else { [0.8, 0.6] }, ..line() };
+    let arc = |s: f64| {
+        let (sin, cos) = ((s - 3.0).max(0.0) / 10.0).sin_cos();
+        let k = if s > 3.0 { 0.1 } else { 0.0 };
+        PathShape {
+            tangent: [cos, sin],
+            curvature_1_mm: [-k * sin, k * cos],
+            curvature_rate_1_mm2: [-k * k * cos, -k * k * sin],
+        }
+    };
+    for shape in [&corner as &dyn Fn(f64) -> PathShape<2>, &cusp, &arc] {
+        let error = planner.plan(10.0, shape).unwrap_err();
+        assert!(matches!(error, FeedrateError::Corner { s_mm, .. } if (s_mm - 3.0).abs() < 1e-6), "{error}");
+    }
+    // Very tight and very wide limits are met all the same.
+    for (velocity, acceleration, jerk) in [(1e-6, 1e-6, 1e-6), (1e9, 1e9, 1e9), (1e-3, 1e6, 1e9), (1e6, 1e-3, 1e-6)] {
+        let planner = AxisLimited::new(planar(velocity, acceleration, jerk));
+        let Ok(plan) = planner.plan(100.0, |_| line()) else {
+            // More grid points than there may be.
+            continue;
+        };
+        let motion = &plan.motion;
+        for i in 0..=5000 {
+            let m = motion.at(motion.total_s() * f64::from(i) / 5000.0);
+            assert!(0.8 * m.feed_mm_s <= 1.001 * velocity, "{m:?}");
+            assert!(0.8 * m.accel_mm_s2.abs() <= 1.001 * acceleration, "{m:?}");
+            assert!(0.8 * m.jerk_mm_s3.abs() <= 1.001 * jerk, "{m:?}");
+        }
+    }
+}
+
+#[test]
+fn validates_an_override_against_its_differences_and_keeps_the_path() {
+    let planner = AxisLimited::new(planar(150.0, 2000.0, 50_000.0));
+    let plan = plan(&planner, &alpha()).motion;
+    let step = |at_s: f64, share: f64| OverrideStep { at_s, share };
+    let transition_s = 0.1;
+    // Half the feed, a hold, and on with the plan.
+    let how = FeedOverride { steps: vec![step(0.1, 0.5), step(0.4, 0.0), step(0.8, 1.0)], transition_s };
+    let motion = plan.with_override(&how).unwrap();
+    // Time lost: a change costs the mean of its ends.
+    let lost = 0.1 * 0.25 + 0.2 * 0.5 + 0.1 * 0.75 + 0.3 + 0.1 * 0.5;
+    assert!((motion.total_s() - plan.total_s() - lost).abs() < 1e-12, "{} {}", motion.total_s(), plan.total_s());
+    let held = motion.at(0.55);
+    assert_eq!((held.feed_mm_s, held.accel_mm_s2, held.jerk_mm_s3), (0.0, 0.0, 0.0));
+    assert_eq!(motion.at(0.79).s_mm, held.s_mm);
+    assert_eq!(motion.at(motion.total_s()).s_mm, alpha().length_mm());
+    let h = 1e-6;
+    let mut rng = Xoshiro256PlusPlus::seed_from_u64(13);
+    for _ in 0..2000 {
+        let t = rng.random_range(h..motion.total_s() - h);
+        let (before, at, after) = (motion.at(t - h), motion.at(t), motion.at(t + h));
+        assert!(((after.s_mm - before.s_mm) / (2.0 * h) - at.feed_mm_s).abs() < 1e-3, "{t} {at:?}");
+        assert!(((after.feed_mm_s - before.feed_mm_s) / (2.0 * h) - at.accel_mm_s2).abs() < 0.1, "{t} {at:?}");
+        assert!(after.s_mm >= before.s_mm && at.feed_mm_s >= 0.0);
+        // The bound of the documentation.
+        assert!(at.accel_mm_s2.abs() <= plan.peaks().accel_mm_s2 + 1.875 * plan.peaks().feed_mm_s / transition_s);
+    }
+    // A plan that ends while the pace changes, and one that ends before the next step.
+    for at_s in [plan.total_s() - 0.03, plan.total_s() + 1.0] {
+        let late = plan.with_override(&FeedOverride { steps: vec![step(at_s, 0.2)], transition_s }).unwrap();
+        assert!((late.at(late.total_s() - 1e-9).s_mm - alpha().length_mm()).abs() < 1e-6, "{}", late.total_s());
+        assert!(late.total_s() >= plan.total_s() && late.total_s() < plan.total_s() + 0.03, "{}", late.total_s());
+    }
+    for (steps, transition_s) in [
+        (vec![step(0.1, 0.0)], 0.1),
+        (vec![step(0.1, 0.5), step(0.15, 1.0)], 0.1),
+        (vec![step(-1.0, 0.5)], 0.1),
+        (vec![step(f64::NAN, 0.5)], 0.1),
+        (vec![step(0.1, f64::NAN)], 0.1),
+        (vec![step(0.1, 2.1)], 0.1),
+        (vec![step(0.1, 0.5)], 0.0),
+    ] {
+        let error = plan.with_override(&FeedOverride { steps, transition_s }).unwrap_err();
+        assert!(matches!(error, FeedrateError::OutOfRange { .. }), "{error}");
+    }
+}
