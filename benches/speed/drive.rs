@@ -88,7 +88,7 @@ fn rows() -> Vec<(&'static str, Effects, Remedies)> {
     let table = |points: &[(f64, f64)], period| Table::new(points.iter().copied(), period).expect("a table");
     let off = Effects::default();
     let none = Remedies::default();
-    let observer = VelocityEstimate::Observer { bandwidth_hz: 300.0, damping: 1.0 };
+    let observer = VelocityEstimate::Observer { bandwidth_hz: 100.0, damping: 1.0 };
     let every = Effects {
         mismatch: Some(Mismatch { gain_factor: 1.1, time_constant_factor: 0.9 }),
         encoder: Some(Encoder { place: EncoderPlace::Motor, resolution_um: 0.1, velocity: observer }),

@@ -35,7 +35,6 @@ pub(super) struct Forces {
     sigma_1: f64,
     waves: Vec<Wave>,
     force: Option<CuttingForce>,
-    near: usize,
     start_mm: f64,
     mm_rad: f64,
     /// Torque at the motor per force \[N m/N\].
@@ -70,7 +69,6 @@ impl Forces {
             sigma_1,
             waves: waves.filter(|wave| wave.amplitude > 0.0).collect(),
             force: effects.force.clone(),
-            near: 0,
             start_mm,
             mm_rad,
             leverage: 1e-3 * mm_rad,
@@ -103,13 +101,13 @@ impl Forces {
 
     /// Cutting force as a torque \[N m\].
     #[inline(always)]
-    pub(super) fn force(&mut self, time_s: f64, place: f64) -> f64 {
+    pub(super) fn force(&self, time_s: f64, place: f64, near: &mut usize) -> f64 {
         let (table, x): (&Table, f64) = match &self.force {
             None => return 0.0,
             Some(CuttingForce::OverTime(table)) => (table, time_s),
             Some(CuttingForce::OverPosition(table)) => (table, place.mul_add(self.mm_rad, self.start_mm)),
         };
-        self.leverage * table.near(x, &mut self.near)
+        self.leverage * table.near(x, near)
     }
 
     /// `g(ω)` \[N m\].
