@@ -31,8 +31,7 @@ fn two_mass() -> TwoMass {
 }
 
 fn ripple() -> TorqueRipple {
-    let harmonic =
-        |per_revolution, amplitude_nm, phase_rad| Harmonic { per_revolution, amplitude_nm, phase_rad };
+    let harmonic = |per_revolution, amplitude_nm, phase_rad| Harmonic { per_revolution, amplitude_nm, phase_rad };
     TorqueRipple { harmonics: vec![harmonic(6, 0.03, 0.4), harmonic(24, 0.01, 1.1)] }
 }
 
@@ -105,7 +104,8 @@ fn validates_without_effects_the_ideal_loop() {
     {
         let settings = LoopSettings { one_sample_delay, derivative, ..LoopSettings::default() };
         let mut ideal = AxisLoop::new(&axis(), &settings, 0.0);
-        let mut real = RealAxis::pdff(&axis(), &Effects::default(), &Remedies::default(), &settings, 0.0).expect("sound");
+        let mut real =
+            RealAxis::pdff(&axis(), &Effects::default(), &Remedies::default(), &settings, 0.0).expect("sound");
         let mut saturated = 0;
         for k in 0..1000 {
             let mut demand = demand(k);

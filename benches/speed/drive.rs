@@ -2,8 +2,8 @@
 
 use servosim::lane::{Kernel, vectorized};
 use servosim::servo::effects::{
-    Backlash, Coulomb, CurrentLoop, CuttingForce, Dac, Delay, Effects, Encoder, EncoderPlace, Friction, Harmonic, LuGre,
-    Mismatch, Noise, PitchError, Table, TorqueRipple, TwoMass, VelocityEstimate,
+    Backlash, Coulomb, CurrentLoop, CuttingForce, Dac, Delay, Effects, Encoder, EncoderPlace, Friction, Harmonic,
+    LuGre, Mismatch, Noise, PitchError, Table, TorqueRipple, TwoMass, VelocityEstimate,
 };
 use servosim::servo::remedies::{AccelerationFeedforward, BacklashCompensation, Filter, FrictionFeedforward, Remedies};
 use servosim::servo::{Axis, AxisLoop, AxisParameters, Demand, LoopSettings, RealAxis};

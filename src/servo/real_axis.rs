@@ -246,4 +246,3 @@ impl<C: Controller> Axis for RealAxis<C> {
         }
     }
 }
-

@@ -71,9 +71,8 @@ impl Controller for Pid {
         self.derivative += self.share * ((error - self.last) * self.rate - self.derivative);
         self.last = error;
         self.integral.error = error;
-        let voltage = self.gains.proportional_v_mm * error
-            + self.gains.derivative_v_s_mm * self.derivative
-            + self.integral.sum;
+        let voltage =
+            self.gains.proportional_v_mm * error + self.gains.derivative_v_s_mm * self.derivative + self.integral.sum;
         Wanted { velocity_command_rad_s: 0.0, torque_nm: self.nm_v * voltage }
     }
 

@@ -67,7 +67,8 @@ impl TwoMass {
             return Err(ServoError { name: "table_mass_kg", value: self.table_mass_kg, needed });
         }
         if !(self.resonance_rad_s(plant, drive) * period_s <= MOST_RADIANS) {
-            let needed = "softer: the resonance would swing more than 16 times in a control period, which is a rigid axis";
+            let needed =
+                "softer: the resonance would swing more than 16 times in a control period, which is a rigid axis";
             return Err(ServoError { name: "stiffness_n_um", value: self.stiffness_n_um, needed });
         }
         Ok(())

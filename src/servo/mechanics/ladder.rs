@@ -154,7 +154,8 @@ pub(super) struct Step {
 
 impl Step {
     fn of(d: &SMatrix<f64, AUGMENTED, AUGMENTED>, level: i32, h_s: f64) -> Self {
-        let column = |index: usize| -> Column { std::array::from_fn(|row| if row < STATES { d[(row, index)] } else { 0.0 }) };
+        let column =
+            |index: usize| -> Column { std::array::from_fn(|row| if row < STATES { d[(row, index)] } else { 0.0 }) };
         // The chains count time in whole steps; a shorter step counts in its own length.
         let power = |first: usize, n: usize| {
             let scale = libm::scalbn(1.0, level * n as i32);

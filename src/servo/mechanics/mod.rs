@@ -148,7 +148,12 @@ impl Machine {
                 let needed = length_s > 0.0 && (!free || gapped) && (!stuck || sticks);
                 if needed { linear.ladder(length_s / pieces, free, stuck) } else { Vec::new() }
             });
-            Part { pieces: if length_s > 0.0 { pieces as u64 } else { 0 }, begin_s, tick_s: libm::scalbn(length_s / pieces, -(LEVELS as i32)), ladders }
+            Part {
+                pieces: if length_s > 0.0 { pieces as u64 } else { 0 },
+                begin_s,
+                tick_s: libm::scalbn(length_s / pieces, -(LEVELS as i32)),
+                ladders,
+            }
         };
         let switch_s = switch_share * period_s;
         let mut machine = Self {
@@ -423,7 +428,8 @@ impl Machine {
             } else if level < FINEST_FOR_ERROR {
                 // There and back within the step: a speed that bends upwards stays above its tangents at both ends.
                 let falls = self.direction * self.push(&self.z, voltage, self.ripple[0], self.friction + self.force);
-                let rises = self.direction * self.push(&trial.z, voltage, trial.ripple[0], trial.friction + trial.force);
+                let rises =
+                    self.direction * self.push(&trial.z, voltage, trial.ripple[0], trial.friction + trial.force);
                 if falls < 0.0 && rises > 0.0 {
                     let inertia = self.linear.table_inertia.unwrap_or(self.linear.motor_inertia);
                     let (falls, rises) = (falls / inertia, rises / inertia);
@@ -482,8 +488,7 @@ impl Machine {
                 self.stuck = false;
                 self.direction = hold.signum();
             }
-            self.friction =
-                if self.stuck { 0.0 } else { self.forces.slipping(self.direction, self.z[TABLE]) };
+            self.friction = if self.stuck { 0.0 } else { self.forces.slipping(self.direction, self.z[TABLE]) };
         } else if self.turns && self.direction * self.z[TABLE] < 0.0 {
             self.direction = -self.direction;
         }

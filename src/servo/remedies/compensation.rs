@@ -113,9 +113,8 @@ impl Compensator {
     pub(in crate::servo) fn compensate(&mut self, demand: &mut Demand, start_mm: f64) {
         let velocity = demand.velocity_mm_s;
         let slip = (velocity * self.smoothing).max(-1.0).min(1.0);
-        demand.torque_nm += self.acceleration[0] * velocity
-            + self.acceleration[1] * demand.acceleration_mm_s2
-            + self.coulomb * slip;
+        demand.torque_nm +=
+            self.acceleration[0] * velocity + self.acceleration[1] * demand.acceleration_mm_s2 + self.coulomb * slip;
         if self.half_gap_mm > 0.0 {
             if velocity != 0.0 {
                 self.towards = self.half_gap_mm.copysign(velocity);

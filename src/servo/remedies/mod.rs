@@ -6,8 +6,8 @@ mod cross_coupling;
 mod zero_phase;
 
 pub use biquad::{Biquad, Filter};
-pub use compensation::{AccelerationFeedforward, BacklashCompensation, FrictionFeedforward};
 pub(in crate::servo) use compensation::Compensator;
+pub use compensation::{AccelerationFeedforward, BacklashCompensation, FrictionFeedforward};
 pub use cross_coupling::{CrossCoupling, CrossCouplingGains};
 pub use zero_phase::{ClosedLoop, ZeroPhase};
 
@@ -38,7 +38,11 @@ impl Remedies {
     /// Names the first one that is not.
     pub fn check(&self, settings: &LoopSettings) -> Result<(), ServoError> {
         if self.filters.len() > 8 {
-            return Err(ServoError { name: "number of filters", value: self.filters.len() as f64, needed: "at most 8" });
+            return Err(ServoError {
+                name: "number of filters",
+                value: self.filters.len() as f64,
+                needed: "at most 8",
+            });
         }
         self.filters.iter().try_for_each(|filter| filter.check(settings.period_s))?;
         self.acceleration.iter().try_for_each(AccelerationFeedforward::check)?;

@@ -111,7 +111,8 @@ impl ZeroPhase {
             return Err(error(0.0, "two polynomials with coefficients"));
         };
         if lead == 0.0 || first == 0.0 || numerator.len() >= denominator.len() || denominator.len() > 16 {
-            let needed = "of a higher degree (at most 15) in its denominator, with first coefficients that are not zero";
+            let needed =
+                "of a higher degree (at most 15) in its denominator, with first coefficients that are not zero";
             return Err(error(lead.min(first), needed));
         }
         let (mut cancelled, mut kept) = (vec![Complex::new(lead, 0.0)], vec![Complex::new(1.0, 0.0)]);
