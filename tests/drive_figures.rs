@@ -218,15 +218,16 @@ fn validates_lugre_before_and_while_it_slides() {
 fn validates_stuck_time_and_spike_of_a_reversal() {
     // While the table sticks at x_s, the controller's torque is T_1 + kpv (kvf (ω_c - ω_c1) + kiv ∫ω_c), ω_c = kpp (x_c - x_s) + kpf v_c:
     // it breaks away where that reaches -T_s.
-    let settings = LoopSettings { period_s: 1e-4, ..LoopSettings::default() };
+    // Sampled a hundred times as fast as usual, since the closed form is continuous.
+    let settings = LoopSettings { period_s: 1e-5, ..LoopSettings::default() };
     let effects = Effects { friction: Some(Friction::Coulomb(curve())), ..Effects::default() };
     let mut axis_real = RealAxis::pdff(&axis(), &effects, &Remedies::default(), &settings, 0.0).expect("sound");
     let (a, w) = (1.0, 2.0 * PI);
     let x = |t: f64| a * (1.0 - libm::cos(w * t));
     let v = |t: f64| a * w * libm::sin(w * t);
-    let samples: Vec<_> = (0..10_000)
+    let samples: Vec<_> = (0..60_000)
         .map(|k| {
-            let t = f64::from(k) * 1e-4;
+            let t = f64::from(k) * 1e-5;
             let s = axis_real.step(&Demand { position_mm: x(t), velocity_mm_s: v(t), ..Demand::default() });
             (t, s, axis_real.drive_signals().stuck)
         })
@@ -245,13 +246,12 @@ fn validates_stuck_time_and_spike_of_a_reversal() {
         let middle = 0.5 * (low + high);
         if torque(middle) < -0.15 { high = middle } else { low = middle }
     }
-    let stuck_s = length as f64 * 1e-4;
+    let stuck_s = length as f64 * 1e-5;
     println!("stuck for {stuck_s} s, closed form {}", high - t1);
-    assert!((stuck_s - (high - t1)).abs() < 0.01 * (high - t1) + 1e-4);
+    assert!((stuck_s - (high - t1)).abs() < 0.01 * (high - t1));
     let spike = (samples[first + length - 1].1.command_mm - s1.actual_mm).abs();
     let foreseen = (x(high) - s1.actual_mm).abs();
-    let sample = (v(high) * 1e-4).abs();
-    assert!((spike - foreseen).abs() < 0.01 * foreseen + sample, "{spike} {foreseen}");
+    assert!((spike - foreseen).abs() < 0.01 * foreseen, "{spike} {foreseen}");
 }
 
 #[test]
