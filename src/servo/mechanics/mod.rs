@@ -14,9 +14,9 @@ mod forces;
 mod ladder;
 
 use self::forces::{Bristle, Forces, Rub};
-use self::ladder::{Column, LANES, LEVELS, Linear, MOTOR, PLACE, Step, TABLE, TORQUE, TWIST, add};
+use self::ladder::{Column, LANES, LEVELS, Linear, MOTOR, PLACE, Step, TABLE, TORQUE, TWIST, add, halvings};
+use super::AxisParameters;
 use super::effects::Effects;
-use super::{AxisParameters, ServoError};
 
 /// Steps are not made shorter than this level for accuracy alone.
 const FINEST_FOR_ERROR: usize = 10;
@@ -37,6 +37,7 @@ struct Part {
 }
 
 /// The machine of one axis.
+#[allow(clippy::struct_excessive_bools)] // what it has and what it is doing, independent of each other
 #[derive(Debug, Clone)]
 pub(super) struct Machine {
     linear: Linear,
@@ -71,6 +72,12 @@ pub(super) struct Machine {
     near: usize,
     /// Level at which the last part ended.
     level: usize,
+}
+
+/// Pieces of a part: few, and a whole number already.
+#[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss)]
+fn whole(pieces: f64) -> u64 {
+    pieces as u64
 }
 
 /// A step that was tried.
@@ -116,7 +123,7 @@ impl Machine {
         period_s: f64,
         switch_share: f64,
         start_mm: f64,
-    ) -> Result<Self, ServoError> {
+    ) -> Self {
         let drive = &axis.drive;
         let plant = effects.plant(&axis.plant);
         let r_g = drive.transmission_mm_rad;
@@ -149,9 +156,9 @@ impl Machine {
                 if needed { linear.ladder(length_s / pieces, free, stuck) } else { Vec::new() }
             });
             Part {
-                pieces: if length_s > 0.0 { pieces as u64 } else { 0 },
+                pieces: if length_s > 0.0 { whole(pieces) } else { 0 },
                 begin_s,
-                tick_s: libm::scalbn(length_s / pieces, -(LEVELS as i32)),
+                tick_s: length_s / pieces * halvings(LEVELS),
                 ladders,
             }
         };
@@ -181,7 +188,7 @@ impl Machine {
         };
         machine.ripple = machine.forces.ripple(0.0, 0.0);
         machine.force = machine.forces.force(0.0, 0.0, &mut 0);
-        Ok(machine)
+        machine
     }
 
     /// Angle of the motor from the start \[rad\].
