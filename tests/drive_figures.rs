@@ -1,4 +1,5 @@
 //! The drive as it is: figures of measurement, electronics, remedies and disturbances in closed form, and what is refused.
+#![allow(clippy::cast_possible_truncation, clippy::cast_possible_wrap)] // small numbers of samples
 
 use std::f64::consts::PI;
 
