@@ -44,7 +44,7 @@ fn everything() -> Effects {
         encoder: Some(Encoder {
             place: EncoderPlace::Motor,
             resolution_um: 0.1,
-            velocity: VelocityEstimate::Observer { bandwidth_hz: 300.0, damping: 1.0 },
+            velocity: VelocityEstimate::Observer { bandwidth_hz: 100.0, damping: 1.0 },
         }),
         noise: Some(Noise { rms_um: 0.05, seed: 7 }),
         delay: Some(Delay { samples: 0.3 }),
@@ -145,7 +145,7 @@ fn validates_friction_coasting_to_rest() {
     let stuck = run.iter().position(|(_, s)| s.stuck && s.motor_mm > 0.0).expect("it stops");
     assert_eq!(stuck, 1 + (stop_s / DT).ceil() as usize);
     let last = run[99].0.actual_mm;
-    assert!((last - travel_mm).abs() < 1e-12, "{last} {travel_mm}");
+    assert!((last - travel_mm).abs() < 1e-10, "{last} {travel_mm}");
     assert!(run[stuck..].iter().all(|(a, _)| a.actual_mm == last && a.velocity_rad_s == 0.0));
 }
 
@@ -226,7 +226,7 @@ fn validates_lost_motion() {
     let travel = rest * turn_s + (omega - rest) * tau * -libm::expm1(-turn_s / tau);
     let table = run.iter().map(|(a, _)| a.actual_mm).fold(0.0, f64::max);
     let turned = run[last].1.motor_mm + 1.59 * travel;
-    assert!((turned - table - 4e-3).abs() < 1e-10, "{}", turned - table);
+    assert!((turned - table - 4e-3).abs() < 1e-9, "{}", turned - table);
 }
 
 #[test]

@@ -64,10 +64,17 @@ pub struct RealAxis<C = AnyController> {
     /// Voltages by sample, in a ring; `late` samples old is what the second part of a period has.
     waiting: [f64; WAITING],
     late: usize,
+    at: usize,
     applied_v: f64,
     last_command_mm: f64,
     k: u64,
     now: DriveSignals,
+}
+
+/// Whole samples of a delay: at most 17, a whole number already.
+#[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss)]
+fn whole(samples: f64) -> usize {
+    samples as usize
 }
 
 impl RealAxis {
@@ -132,9 +139,10 @@ impl<C: Controller> RealAxis<C> {
             pitch: effects.pitch.clone(),
             near: 0,
             pitch_start_mm: 0.0,
-            machine: Machine::new(axis, effects, period_s, delay - late, start_mm)?,
+            machine: Machine::new(axis, effects, period_s, delay - late, start_mm),
             waiting: [0.0; WAITING],
-            late: late as usize,
+            late: whole(late),
+            at: 0,
             applied_v: 0.0,
             last_command_mm: 0.0,
             k: 0,
@@ -227,7 +235,8 @@ impl<C: Controller> Axis for RealAxis<C> {
         };
 
         // Move.
-        let at = (self.k as usize) % WAITING;
+        let at = self.at;
+        self.at = (at + 1) % WAITING;
         self.waiting[at] = voltage_v;
         let before = self.waiting[(at + WAITING - self.late - 1) % WAITING];
         let after = self.waiting[(at + WAITING - self.late) % WAITING];

@@ -357,12 +357,15 @@ fn row(run: &RunFigures<2>) -> Row {
 enum Engine<'a> {
     /// Side by side.
     Course(Course<'a, 2>),
-    /// One by one: a course would be too long to be kept.
+    /// One by one: a course would be too long to be kept, or the drives are more than their models.
     Single(&'a Scenario),
 }
 
 impl<'a> Engine<'a> {
     fn new(scenario: &'a Scenario) -> Self {
+        if !scenario.is_model() {
+            return Self::Single(scenario);
+        }
         scenario.course().map_or(Self::Single(scenario), Self::Course)
     }
 
@@ -387,7 +390,7 @@ impl<'a> Engine<'a> {
 
 fn single(scenario: &Scenario, axes: [AxisParameters; 2]) -> Option<RunFigures<2>> {
     let mut observer = SummaryObserver::new(String::new());
-    let simulation = Simulation::new(&*scenario.path, &scenario.motion, axes, scenario.settings).ok()?;
+    let simulation = scenario.simulation_of(axes).ok()?;
     simulation.run(&scenario.limits, None, &mut [&mut observer]).ok()?;
     let summary = observer.summary();
     let voltage = |axis: usize| summary.axes.get(axis).map_or(f64::NAN, |axis| axis.peak_voltage_v);

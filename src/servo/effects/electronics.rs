@@ -52,7 +52,8 @@ impl Dac {
 
     /// One step \[V\]: `u_max / (2ⁿ⁻¹ - 1)`.
     pub fn step_v(&self, voltage_limit_v: f64) -> f64 {
-        voltage_limit_v / (libm::scalbn(1.0, self.bits as i32 - 1) - 1.0)
+        let positive = (1_u64 << self.bits.clamp(2, 32)) / 2 - 1;
+        voltage_limit_v / positive as f64
     }
 }
 

@@ -25,7 +25,7 @@ pub struct Coulomb {
     pub viscous_nm_s_rad: f64,
 }
 
-/// Friction as bending bristles (LuGre).
+/// Friction as bending bristles (`LuGre`).
 ///
 /// ```text
 /// z' = ω - σ0 |ω| z / g(ω)            g(ω) = T_c + (T_s - T_c) exp(-(ω/ω_s)²)

@@ -35,7 +35,6 @@ pub(super) struct Forces {
     sigma_1: f64,
     waves: Vec<Wave>,
     force: Option<CuttingForce>,
-    near: usize,
     start_mm: f64,
     mm_rad: f64,
     /// Torque at the motor per force \[N m/N\].
@@ -70,7 +69,6 @@ impl Forces {
             sigma_1,
             waves: waves.filter(|wave| wave.amplitude > 0.0).collect(),
             force: effects.force.clone(),
-            near: 0,
             start_mm,
             mm_rad,
             leverage: 1e-3 * mm_rad,
@@ -103,13 +101,13 @@ impl Forces {
 
     /// Cutting force as a torque \[N m\].
     #[inline(always)]
-    pub(super) fn force(&mut self, time_s: f64, place: f64) -> f64 {
+    pub(super) fn force(&self, time_s: f64, place: f64, near: &mut usize) -> f64 {
         let (table, x): (&Table, f64) = match &self.force {
             None => return 0.0,
             Some(CuttingForce::OverTime(table)) => (table, time_s),
             Some(CuttingForce::OverPosition(table)) => (table, place.mul_add(self.mm_rad, self.start_mm)),
         };
-        self.leverage * table.near(x, &mut self.near)
+        self.leverage * table.near(x, near)
     }
 
     /// `g(ω)` \[N m\].
@@ -183,6 +181,33 @@ pub(super) struct Bristle {
     curve: f64,
 }
 
+/// Series of `sin(x)/x` in `x²`, from the highest power down.
+const SINE: [f64; 9] = [
+    1.0 / 355687428096000.0,
+    -1.0 / 1307674368000.0,
+    1.0 / 6227020800.0,
+    -1.0 / 39916800.0,
+    1.0 / 362880.0,
+    -1.0 / 5040.0,
+    1.0 / 120.0,
+    -1.0 / 6.0,
+    1.0,
+];
+
+/// Series of `cos(x)` in `x²`.
+const COSINE: [f64; 10] = [
+    -1.0 / 6402373705728000.0,
+    1.0 / 20922789888000.0,
+    -1.0 / 87178291200.0,
+    1.0 / 479001600.0,
+    -1.0 / 3628800.0,
+    1.0 / 40320.0,
+    -1.0 / 720.0,
+    1.0 / 24.0,
+    -0.5,
+    1.0,
+];
+
 /// `sin(2π t)` and `cos(2π t)`, to 1e-13: the ripple needs them several times a period, and they are the same on every machine.
 #[inline(always)]
 fn sine_cosine(turns: f64) -> (f64, f64) {
@@ -192,29 +217,6 @@ fn sine_cosine(turns: f64) -> (f64, f64) {
     let odd = (halves * 0.5 - (halves * 0.5).floor()) * 4.0;
     let sign = 1.0 - odd;
     let y = x * x;
-    const SINE: [f64; 9] = [
-        1.0 / 355687428096000.0,
-        -1.0 / 1307674368000.0,
-        1.0 / 6227020800.0,
-        -1.0 / 39916800.0,
-        1.0 / 362880.0,
-        -1.0 / 5040.0,
-        1.0 / 120.0,
-        -1.0 / 6.0,
-        1.0,
-    ];
-    const COSINE: [f64; 10] = [
-        -1.0 / 6402373705728000.0,
-        1.0 / 20922789888000.0,
-        -1.0 / 87178291200.0,
-        1.0 / 479001600.0,
-        -1.0 / 3628800.0,
-        1.0 / 40320.0,
-        -1.0 / 720.0,
-        1.0 / 24.0,
-        -0.5,
-        1.0,
-    ];
     let (mut sine, mut cosine) = (SINE[0], COSINE[0]);
     for c in &SINE[1..] {
         sine = sine.mul_add(y, *c);

@@ -7,16 +7,16 @@
 //! "Exponential integrators", Acta Numerica 19, 2010, section 2).
 //!
 //! Events end a step: the table comes to rest, breaks away, meets or leaves a side of the gap. A step in which one happens is halved
-//! until it is 2⁻²⁰ of the whole; then the machine changes its mode there. Linear modes: table free to move or stuck, screw in contact or
+//! until it is 2⁻¹⁶ of the whole; then the machine changes its mode there. Linear modes: table free to move or stuck, screw in contact or
 //! in the gap.
 
 mod forces;
 mod ladder;
 
 use self::forces::{Bristle, Forces, Rub};
-use self::ladder::{Column, LANES, LEVELS, Linear, MOTOR, PLACE, Step, TABLE, TORQUE, TWIST, add};
+use self::ladder::{Column, LANES, LEVELS, Linear, MOTOR, PLACE, Step, TABLE, TORQUE, TWIST, add, halvings};
+use super::AxisParameters;
 use super::effects::Effects;
-use super::{AxisParameters, ServoError};
 
 /// Steps are not made shorter than this level for accuracy alone.
 const FINEST_FOR_ERROR: usize = 10;
@@ -30,11 +30,14 @@ struct Part {
     pieces: u64,
     /// Where it begins in the period \[s\].
     begin_s: f64,
+    /// The shortest step \[s\].
+    tick_s: f64,
     /// Exact steps by mode: free in the gap or not (2), stuck or not (1).
     ladders: [Vec<Step>; 4],
 }
 
 /// The machine of one axis.
+#[allow(clippy::struct_excessive_bools)] // what it has and what it is doing, independent of each other
 #[derive(Debug, Clone)]
 pub(super) struct Machine {
     linear: Linear,
@@ -65,8 +68,16 @@ pub(super) struct Machine {
     friction: f64,
     force: f64,
     table_rate: f64,
+    /// Where in its table the force was found.
+    near: usize,
     /// Level at which the last part ended.
     level: usize,
+}
+
+/// Pieces of a part: few, and a whole number already.
+#[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss)]
+fn whole(pieces: f64) -> u64 {
+    pieces as u64
 }
 
 /// A step that was tried.
@@ -79,6 +90,27 @@ struct Trial {
     /// How far the prediction missed, in tolerances.
     miss: f64,
     event: bool,
+    /// At what share of the step, roughly.
+    when: f64,
+}
+
+impl Trial {
+    #[inline(always)]
+    fn found(&mut self, when: f64) {
+        self.event = true;
+        self.when = if when < self.when { when } else { self.when };
+    }
+
+    /// By how many levels a step should be shorter to end before the event.
+    #[inline(always)]
+    fn shorter(&self) -> usize {
+        let (mut levels, mut share) = (1, 0.5);
+        while share > self.when && levels < LEVELS {
+            share *= 0.5;
+            levels += 1;
+        }
+        levels
+    }
 }
 
 impl Machine {
@@ -91,7 +123,7 @@ impl Machine {
         period_s: f64,
         switch_share: f64,
         start_mm: f64,
-    ) -> Result<Self, ServoError> {
+    ) -> Self {
         let drive = &axis.drive;
         let plant = effects.plant(&axis.plant);
         let r_g = drive.transmission_mm_rad;
@@ -123,7 +155,12 @@ impl Machine {
                 let needed = length_s > 0.0 && (!free || gapped) && (!stuck || sticks);
                 if needed { linear.ladder(length_s / pieces, free, stuck) } else { Vec::new() }
             });
-            Part { pieces: if length_s > 0.0 { pieces as u64 } else { 0 }, begin_s, ladders }
+            Part {
+                pieces: if length_s > 0.0 { whole(pieces) } else { 0 },
+                begin_s,
+                tick_s: length_s / pieces * halvings(LEVELS),
+                ladders,
+            }
         };
         let switch_s = switch_share * period_s;
         let mut machine = Self {
@@ -145,12 +182,13 @@ impl Machine {
             friction: 0.0,
             force: 0.0,
             table_rate: 0.0,
+            near: 0,
             level: 0,
             forces,
         };
         machine.ripple = machine.forces.ripple(0.0, 0.0);
-        machine.force = machine.forces.force(0.0, 0.0);
-        Ok(machine)
+        machine.force = machine.forces.force(0.0, 0.0, &mut 0);
+        machine
     }
 
     /// Angle of the motor from the start \[rad\].
@@ -275,22 +313,24 @@ impl Machine {
         }
         let begin_s = time_s + self.parts[index].begin_s;
         let end = pieces << LEVELS;
+        let tick_s = self.parts[index].tick_s;
+        let mut near = self.near;
         let mut at = 0_u64;
         let mut level = self.level;
         while at < end {
             let mode = (usize::from(self.free) << 1) | usize::from(self.stuck);
             let size = 1_u64 << (LEVELS - level);
-            let step = self.parts[index].ladders[mode][level];
-            let tick_s = self.parts[index].ladders[mode][LEVELS].h_s;
-            let trial = self.attempt(&step, voltage, begin_s + (at + size) as f64 * tick_s, level);
+            let step = &self.parts[index].ladders[mode][level];
+            let (h_s, end_s) = (step.h_s, begin_s + (at + size) as f64 * tick_s);
+            let trial = self.attempt(step, voltage, end_s, level, &mut near);
             *attempts += 1;
             let rough = *attempts > MOST_ATTEMPTS;
             if (trial.event && level < LEVELS || trial.miss > 1.0 && level < FINEST_FOR_ERROR) && !rough {
-                level += 1;
+                level = (level + if trial.event { trial.shorter() } else { 1 }).min(LEVELS);
                 continue;
             }
             let before = self.friction + self.force;
-            self.table_rate = (trial.friction + trial.force - before) / step.h_s;
+            self.table_rate = (trial.friction + trial.force - before) / h_s;
             self.z = trial.z;
             self.ripple = trial.ripple;
             self.friction = trial.friction;
@@ -312,12 +352,13 @@ impl Machine {
                 }
             }
         }
+        self.near = near;
         self.level = level.min(FINEST_FOR_ERROR);
     }
 
     /// Tries one step to `end_s`.
     #[inline(always)]
-    fn attempt(&mut self, step: &Step, voltage: f64, end_s: f64, level: usize) -> Trial {
+    fn attempt(&self, step: &Step, voltage: f64, end_s: f64, level: usize, near: &mut usize) -> Trial {
         let h = step.h_s;
         let start = self.friction + self.force;
         let foreseen = start + self.table_rate * h;
@@ -331,8 +372,16 @@ impl Machine {
             add(&mut z, &step.motor[0], self.ripple[0]);
             add(&mut z, &step.motor[1], self.ripple[1] * h);
         }
-        let mut trial =
-            Trial { z, ripple: [0.0; 2], friction: 0.0, force: 0.0, bristle: self.bristle, miss: 0.0, event: false };
+        let mut trial = Trial {
+            z,
+            ripple: [0.0; 2],
+            friction: 0.0,
+            force: 0.0,
+            bristle: self.bristle,
+            miss: 0.0,
+            event: false,
+            when: 1.0,
+        };
         let tabled = self.forces.acts_on_table();
         if tabled {
             add(&mut trial.z, &step.table[0], start);
@@ -350,7 +399,7 @@ impl Machine {
         }
         if tabled {
             let from = self.z[TABLE];
-            trial.force = self.forces.force(end_s, trial.z[PLACE]);
+            trial.force = self.forces.force(end_s, trial.z[PLACE], near);
             let gain = step.table[1][TABLE];
             (trial.friction, trial.bristle) = match self.forces.rub {
                 Rub::None => (0.0, self.bristle),
@@ -366,22 +415,25 @@ impl Machine {
             trial.miss = if miss > trial.miss { miss } else { trial.miss };
             add(&mut trial.z, &step.table[1], missed);
         }
-        trial.event = self.eventful(&trial, voltage, h, level);
+        self.look(&mut trial, voltage, h, level);
         trial
     }
 
-    /// Whether something happens within a step.
+    /// Whether something happens within a step, and about when: where a straight line between its ends would cross zero.
     #[inline(always)]
-    fn eventful(&self, trial: &Trial, voltage: f64, h: f64, level: usize) -> bool {
-        let mut event = false;
+    fn look(&self, trial: &mut Trial, voltage: f64, h: f64, level: usize) {
         if self.stuck {
-            let drives = self.drives(&trial.z, voltage, trial.ripple[0], trial.force);
-            event = drives.abs() > self.forces.static_nm;
+            let drives = self.drives(&trial.z, voltage, trial.ripple[0], trial.force).abs();
+            if drives > self.forces.static_nm {
+                let before = self.hold(voltage).abs();
+                trial.found((self.forces.static_nm - before) / (drives - before));
+            }
         } else if self.turns {
             let (from, to) = (self.direction * self.z[TABLE], self.direction * trial.z[TABLE]);
-            event = to < 0.0;
-            // There and back within the step: a speed that bends upwards stays above its tangents at both ends.
-            if !event && level < FINEST_FOR_ERROR {
+            if to < 0.0 {
+                trial.found(from / (from - to));
+            } else if level < FINEST_FOR_ERROR {
+                // There and back within the step: a speed that bends upwards stays above its tangents at both ends.
                 let falls = self.direction * self.push(&self.z, voltage, self.ripple[0], self.friction + self.force);
                 let rises =
                     self.direction * self.push(&trial.z, voltage, trial.ripple[0], trial.friction + trial.force);
@@ -389,14 +441,27 @@ impl Machine {
                     let inertia = self.linear.table_inertia.unwrap_or(self.linear.motor_inertia);
                     let (falls, rises) = (falls / inertia, rises / inertia);
                     let at = (to - rises * h - from) / (falls - rises);
-                    event = from + falls * at < 0.0;
+                    if from + falls * at < 0.0 {
+                        trial.found(1.0);
+                    }
                 }
             }
         }
         if self.flexible && self.half_gap > 0.0 {
-            event |= if self.free { self.met(&trial.z) != 0.0 } else { self.side * self.spring(&trial.z) < 0.0 };
+            if self.free {
+                let side = self.met(&trial.z);
+                if side != 0.0 {
+                    let (before, after) = (side * self.z[TWIST], side * trial.z[TWIST]);
+                    trial.found((self.half_gap - before) / (after - before));
+                }
+            } else {
+                let after = self.side * self.spring(&trial.z);
+                if after < 0.0 {
+                    let before = self.side * self.spring(&self.z);
+                    trial.found(before / (before - after));
+                }
+            }
         }
-        event
     }
 
     /// Changes the mode where an event has been located.
