@@ -2,6 +2,7 @@
 
 mod analyze;
 mod check;
+mod compare;
 mod inspect;
 mod junit;
 mod merge;
@@ -48,6 +49,7 @@ Examples:
   servosim tune alpha.toml                             better gains, as output/alpha-tuned.toml
   servosim toolpath patch.toml                         a part's tool path and NC program
   servosim run output/patch.nc                         the part that this machine would cut
+  servosim compare alpha-real                          what each effect of the drives costs
   servosim plot alpha heart                            lay two runs over each other
   servosim inspect output/alpha.mcap --csv             every sample as CSV
   servosim analyze alpha.toml                          stability margins, Bode and Nyquist plots
@@ -70,6 +72,8 @@ enum Command {
     Run(run::RunArgs),
     /// Search gains with a smaller contouring error that keep stability margin
     Tune(tune::TuneArgs),
+    /// Run a scenario in variants side by side: effects one by one, controllers, sets of gains
+    Compare(compare::CompareArgs),
     /// Run a scenario at many points: a grid, or sampled
     Sweep(sweep::SweepArgs),
     /// Join the shards of a sweep
@@ -303,6 +307,7 @@ pub(crate) fn main() -> ExitCode {
     let outcome = match &cli.command {
         Command::Run(args) => run::run(args),
         Command::Tune(args) => tune::run(args),
+        Command::Compare(args) => compare::run(args),
         Command::Sweep(args) => sweep::run(args),
         Command::Merge(args) => merge::run(args),
         Command::Plot(args) => plot::run(args),

@@ -7,6 +7,7 @@ use std::time::{Duration, Instant};
 
 use clap::Args;
 use servosim::analysis::margins;
+use servosim::comparison::{Column, Comparison};
 use servosim::limits::AXIS_NAMES;
 use servosim::recording::{Facts, Recorder};
 use servosim::report;
@@ -15,7 +16,7 @@ use servosim::simulation::{Ending, Observer};
 
 use super::output::{OutputArgs, make_folder, note, short};
 use super::progress::Progress;
-use super::{CliError, Outcome, plot, program, table};
+use super::{CliError, Outcome, compare, plot, program, table};
 
 /// Arguments of `servosim run`.
 #[derive(Debug, Args)]
@@ -48,6 +49,9 @@ const BYTES_A_SAMPLE: u64 = 311;
 
 /// From this size on a recording is told of before it is written \[bytes\].
 const WORTH_A_WARNING: u64 = 1_000_000_000;
+
+/// Up to so many samples the effects of the drives are run one by one too.
+const MOST_COMPARED: u64 = 1_000_000;
 
 /// Runs the scenario.
 pub(crate) fn run(args: &RunArgs) -> Result<Outcome, CliError> {
@@ -87,7 +91,8 @@ pub(crate) fn run(args: &RunArgs) -> Result<Outcome, CliError> {
     let ending = simulation.run(&scenario.limits, Some(&stop), &mut observers)?;
     progress.finish();
     let summary = figures.summary();
-    let show = || args.out.print.show(&summary, || table::table(&summary));
+    let effects = effects(&scenario);
+    let show = || args.out.print.show(&summary, || table::table(&summary) + &effects);
     if ending == Ending::Interrupted {
         let recording = recorder.interrupted(&summary)?.path.unwrap_or(path);
         show()?;
@@ -115,6 +120,19 @@ pub(crate) fn run(args: &RunArgs) -> Result<Outcome, CliError> {
         note(&table::failures(&summary));
     }
     Ok(Outcome::Broken)
+}
+
+/// What each effect of the drives costs, where they are more than their models.
+fn effects(scenario: &Scenario) -> String {
+    let few = scenario.simulation().is_ok_and(|simulation| simulation.samples() <= MOST_COMPARED);
+    if scenario.is_model() || !few {
+        return String::new();
+    }
+    Comparison::of(scenario, &[Column::Own]).map_or(String::new(), |comparison| {
+        let mut out = "\n".to_owned();
+        compare::errors(&mut out, &comparison);
+        out
+    })
 }
 
 /// A loop that is unstable but has not had the time to show it passes every limit: somebody should hear of it.

@@ -42,6 +42,7 @@ pub(super) static SCENARIO: Form = Form {
     ],
     built_in: &[
         ("alpha", include_str!("../../scenarios/alpha.toml")),
+        ("alpha-real", include_str!("../../scenarios/alpha-real.toml")),
         ("heart", include_str!("../../scenarios/heart.toml")),
         ("star", include_str!("../../scenarios/star.toml")),
     ],

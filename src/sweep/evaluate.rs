@@ -13,7 +13,7 @@ use super::variable::Value;
 use crate::analysis::{Margins, margins, peak_sensitivity};
 use crate::scenario::Scenario;
 use crate::servo::{AxisParameters, LoopSettings};
-use crate::simulation::{Course, RunFigures, Simulation};
+use crate::simulation::{Course, RunFigures};
 use crate::summary::SummaryObserver;
 
 /// What became of a point.
