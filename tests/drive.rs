@@ -143,7 +143,7 @@ fn validates_friction_coasting_to_rest() {
     let travel_mm = 1.59 * (pushed + end(0.0, omega, stop_s).0);
     assert!((run[1].0.velocity_rad_s - omega).abs() < 1e-12);
     let stuck = run.iter().position(|(_, s)| s.stuck && s.motor_mm > 0.0).expect("it stops");
-    assert_eq!(stuck, 1 + (stop_s / DT).ceil() as usize);
+    assert_eq!(stuck as f64, 1.0 + (stop_s / DT).ceil());
     let last = run[99].0.actual_mm;
     assert!((last - travel_mm).abs() < 1e-10, "{last} {travel_mm}");
     assert!(run[stuck..].iter().all(|(a, _)| a.actual_mm == last && a.velocity_rad_s == 0.0));
