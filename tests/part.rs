@@ -341,3 +341,47 @@ fn the_step_over_formulas_stand_beside_each_other() {
         assert!(code == 2 && out.is_empty() && err.contains(said), "{asked}: {code} {err}");
     }
 }
+
+#[test]
+fn a_part_is_started_and_checked_like_a_scenario() {
+    let folder = tempfile::tempdir().unwrap();
+    let (code, out, err) = stdout(servosim(folder.path()).args(["new", "lid", "--part"]));
+    assert_eq!((code, out.as_str()), (0, "wrote lid.toml; next: servosim toolpath lid.toml\n"), "{err}");
+    let text = fs::read_to_string(folder.path().join("lid.toml")).unwrap();
+    assert!(text.contains("servosim run output/lid.nc") && !text.contains("patch"), "{text}");
+    let mut command = servosim(folder.path());
+    let (code, out, err) = stdout(command.args(["check", "lid", "island", "alpha"]));
+    assert_eq!(code, 0, "{err}");
+    assert!(out.starts_with("lid: ok (part; ball cutter, radius 5 mm, scallop 0.25 mm, tolerance 0.25 mm)\n"), "{out}");
+    assert_eq!(out.lines().count(), 3);
+
+    fs::write(folder.path().join("bad.toml"), text.replace("degree = [3, 3]", "degree = [3, 9]")).unwrap();
+    let (code, _, err) = stdout(servosim(folder.path()).args(["check", "bad.toml"]));
+    assert!(code == 2 && err.contains("control points are too few for degree 9"), "{err}");
+    for key in ["scallop_mm", "tolerance_mm"] {
+        let fine = text.replace(&format!("{key} = 0.25"), &format!("{key} = 1e-9"));
+        fs::write(folder.path().join("bad.toml"), fine).unwrap();
+        let (code, _, err) = stdout(servosim(folder.path()).args(["check", "bad.toml"]));
+        assert!(
+            code == 2 && err.contains(&format!("{key} = 0.000000001 is out of range: it must be at least")),
+            "{err}"
+        );
+    }
+    let two = text.clone()
+        + "\n[boundary.circle]\ncentre_mm = [40, 40]\nradius_mm = 30\n[boundary.polygon]\npoints_mm = [[0, 0], [1, 0], [1, 1]]\n";
+    fs::write(folder.path().join("bad.toml"), two).unwrap();
+    let (code, _, err) = stdout(servosim(folder.path()).args(["check", "bad.toml"]));
+    let said = err.contains("[boundary] holds more than one of `") && err.contains("`circle`");
+    assert!(code == 2 && said, "{err}");
+}
+
+#[test]
+fn a_program_that_moves_nothing_is_refused() {
+    let folder = tempfile::tempdir().unwrap();
+    for text in ["", "%\n(nothing)\nG21 G90\nM30\n%\n", "G0 X0 Y0 Z0\n"] {
+        fs::write(folder.path().join("still.nc"), text).unwrap();
+        let (code, out, err) = stdout(servosim(folder.path()).args(["run", "still.nc"]));
+        assert!(code == 2 && out.is_empty() && err.contains("still.nc: the program moves nothing"), "{text}: {err}");
+        assert!(!folder.path().join("output").exists());
+    }
+}

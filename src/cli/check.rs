@@ -1,10 +1,10 @@
-//! `servosim check`: validates scenarios and tells what they plan.
+//! `servosim check`: validates scenarios, tells what they plan, and validates parts.
 
 use std::fmt::Write as _;
 
 use clap::Args;
 use servosim::limits::is_kept;
-use servosim::scenario::{Document, Scenario};
+use servosim::scenario::{Document, Part, Scenario, ScenarioError};
 
 use super::output::{figure, margin, print, printable, short};
 use super::{CliError, Outcome, tell};
@@ -17,7 +17,7 @@ Example:
 
 Exits with 2 if any of them cannot be used.")]
 pub(crate) struct CheckArgs {
-    /// Scenario files, or names of built-in scenarios
+    /// Scenario and part files, or names of built-in ones
     #[arg(required = true, value_name = "FILE")]
     files: Vec<String>,
 }
@@ -26,8 +26,8 @@ pub(crate) struct CheckArgs {
 pub(crate) fn run(args: &CheckArgs) -> Result<Outcome, CliError> {
     let mut invalid = 0;
     for file in &args.files {
-        match Document::find(file).and_then(|document| document.scenario()) {
-            Ok(scenario) => print(&planned(file, &scenario))?,
+        match Document::find(file).and_then(|document| checked(file, &document)) {
+            Ok(lines) => print(&lines)?,
             Err(error) if args.files.len() == 1 => return Err(error.into()),
             Err(error) => {
                 invalid += 1;
@@ -36,6 +36,23 @@ pub(crate) fn run(args: &CheckArgs) -> Result<Outcome, CliError> {
         }
     }
     if invalid == 0 { Ok(Outcome::Fine) } else { Err(CliError::Invalid { invalid, count: args.files.len() }) }
+}
+
+/// What is said of a sound file.
+fn checked(file: &str, document: &Document) -> Result<String, ScenarioError> {
+    if document.is_part() { Ok(sound(file, &document.part()?)) } else { Ok(planned(file, &document.scenario()?)) }
+}
+
+/// One line for a sound part. Whether its cutter fits everywhere only the tool path can tell.
+fn sound(file: &str, part: &Part) -> String {
+    let options = &part.options;
+    format!(
+        "{}: ok (part; {}, scallop {} mm, tolerance {} mm)\n",
+        printable(file),
+        part.cutter,
+        short(options.scallop_mm, 5),
+        short(options.tolerance_mm, 5)
+    )
 }
 
 /// One line for a sound scenario, and one for each limit that its plan alone breaks already.

@@ -86,9 +86,9 @@ enum Command {
     Inspect(inspect::InspectArgs),
     /// Tell how stable the servo loops are: margins, poles, step response; Bode and Nyquist plots
     Analyze(analyze::AnalyzeArgs),
-    /// Check scenarios without running them
+    /// Check scenarios and parts without running them
     Check(check::CheckArgs),
-    /// Write a commented scenario to start from
+    /// Write a commented scenario or part to start from
     New(new::NewArgs),
     /// Make a part's tool path and NC program, and tell what the program leaves of the part
     Toolpath(toolpath::ToolpathArgs),

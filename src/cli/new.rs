@@ -1,10 +1,11 @@
-//! `servosim new`: writes a commented scenario to start from.
+//! `servosim new`: writes a commented scenario or part to start from.
 
 use std::fs::{self, OpenOptions};
 use std::io::{self, Write};
 use std::path::{Path, PathBuf};
 
 use clap::Args;
+use servosim::scenario::Document;
 
 use super::output::{print, printable};
 use super::{CliError, Outcome};
@@ -12,14 +13,21 @@ use super::{CliError, Outcome};
 /// What is written; `{file}` stands for the file's name.
 const STARTER: &str = include_str!("starter.toml");
 
+/// The built-in part that a new one is a copy of.
+const PART: &str = "patch";
+
 /// Arguments of `servosim new`.
 #[derive(Debug, Args)]
 #[command(after_help = "\
-Example:
-  servosim new bracket        writes bracket.toml")]
+Examples:
+  servosim new bracket        writes bracket.toml
+  servosim new lid --part     writes lid.toml, a part to be machined")]
 pub(crate) struct NewArgs {
     /// Name of the scenario; the file is NAME.toml
     name: String,
+    /// A part to be machined, for `servosim toolpath`, instead of a scenario
+    #[arg(long)]
+    part: bool,
     /// Replace a file that exists
     #[arg(long)]
     force: bool,
@@ -29,10 +37,16 @@ pub(crate) struct NewArgs {
 pub(crate) fn run(args: &NewArgs) -> Result<Outcome, CliError> {
     let path = file_of(&args.name)?;
     let shown = printable(&path.display().to_string());
-    let text = STARTER.replace("{file}", &as_argument(&shown).replace('\n', "\u{fffd}"));
+    let argument = as_argument(&shown);
+    let in_comment = argument.replace('\n', "\u{fffd}");
+    let (text, command) = if args.part {
+        (part_text(&path, &in_comment), "toolpath")
+    } else {
+        (STARTER.replace("{file}", &in_comment), "run")
+    };
     match write(&path, &text, args.force) {
         Ok(()) => {
-            print(&format!("wrote {shown}; next: servosim run {}\n", as_argument(&shown)))?;
+            print(&format!("wrote {shown}; next: servosim {command} {argument}\n"))?;
             Ok(Outcome::Fine)
         }
         Err(error) if error.kind() == io::ErrorKind::AlreadyExists => Err(CliError::Usage(format!(
@@ -43,6 +57,17 @@ pub(crate) fn run(args: &NewArgs) -> Result<Outcome, CliError> {
         }
         Err(source) => Err(CliError::Write { path, source }),
     }
+}
+
+/// The built-in part, its name and file replaced where the text says what to type.
+fn part_text(path: &Path, file: &str) -> String {
+    let stem = path.file_stem().map_or_else(String::new, |stem| stem.to_string_lossy().into_owned());
+    let program = as_argument(&format!("output/{stem}.nc"));
+    let builtin = Document::builtin(PART).map_or_else(String::new, |document| document.text().to_owned());
+    builtin
+        .replacen(&format!("# {PART}: "), "# A part to start from: ", 1)
+        .replace(&format!("{PART}.toml"), file)
+        .replace(&format!("output/{PART}.nc"), &program)
 }
 
 /// Writes all of the file or none: what `replace` replaces is there until then.

@@ -5,9 +5,12 @@ use std::path::PathBuf;
 use servosim::machining::{DeviationMap, Inspection, PartFigures};
 use servosim::report::{DeviationPanel, DeviationPicture, MoveKind, PathMove, PathPicture, ReportError};
 use servosim::scenario::{Part, ToolPathSummary};
-use servosim::toolpath::plan::{Move, ToolPath};
+use servosim::toolpath::plan::{Move, Stretch, ToolPath};
 
 use super::output::{figure, short};
+
+/// Points that every piece of a curve is drawn with; what cannot be seen of them is left out.
+const POINTS_A_SPAN: u32 = 16;
 
 /// A tool path: its rings in plan, and in three dimensions.
 pub(crate) fn of_path(
@@ -18,32 +21,48 @@ pub(crate) fn of_path(
 ) -> PathPicture {
     let mut moves = Vec::with_capacity(path.moves.len());
     let mut at: Option<[f64; 3]> = None;
+    let curves = summary.curves > 0;
     for motion in &path.moves {
         let end: [f64; 3] = motion.end_mm().into();
         let (kind, points_mm) = match motion {
-            Move::Cut { stretch, level } => (
-                MoveKind::Ring(u32::try_from(*level).unwrap_or(u32::MAX)),
-                stretch.straight_mm.iter().map(|&p| p.into()).collect(),
-            ),
-            Move::Link(stretch) => (MoveKind::Link, stretch.straight_mm.iter().map(|&p| p.into()).collect()),
+            Move::Cut { stretch, level } => {
+                (MoveKind::Ring(u32::try_from(*level).unwrap_or(u32::MAX)), drawn(stretch, curves))
+            }
+            Move::Link(stretch) => (MoveKind::Link, drawn(stretch, curves)),
             _ => (MoveKind::Air, at.into_iter().chain([end]).collect()),
         };
         moves.push(PathMove { kind, points_mm });
         at = Some(end);
     }
+    let blocks = if summary.curves > 0 {
+        format!("{} control points in {} curves", summary.control_points, summary.curves)
+    } else {
+        format!("{} straight blocks", summary.straight_blocks)
+    };
     PathPicture {
         name: part.name.clone(),
         facts: format!(
-            "{} rings, {} mm on the surface, {} air moves; {} control points in {} curves",
+            "{} rings, {} mm on the surface, {} air moves; {blocks}",
             summary.rings,
             figure(summary.feed_length_mm, 5),
             summary.air_moves,
-            summary.control_points,
-            summary.curves
         ),
         moves,
         borders_mm: inspection.borders_mm().to_vec(),
     }
+}
+
+/// Points of a motion on the surface, in the form that the program has it in.
+fn drawn(stretch: &Stretch, as_curve: bool) -> Vec<[f64; 3]> {
+    // A straight way is no curve in the program either.
+    if !as_curve || stretch.straight_mm.len() <= 2 {
+        return stretch.straight_mm.iter().map(|&point| point.into()).collect();
+    }
+    let curve = &stretch.curve;
+    let spans = curve.knots().windows(2).filter(|span| span[0] < span[1]);
+    let inner = spans.flat_map(|span| (0..POINTS_A_SPAN).map(|i| (span[0], span[1], f64::from(i))));
+    let at = inner.map(|(from, to, i)| from + (to - from) * i / f64::from(POINTS_A_SPAN));
+    at.chain([curve.domain().1]).map(|u| curve.point_mm(u).into()).collect()
 }
 
 /// Deviation maps side by side.

@@ -18,7 +18,7 @@ use servosim::summary::{Summary, SummaryObserver};
 
 use super::output::{figure, make_folder, note, printable};
 use super::part_table;
-use super::progress::Progress;
+use super::progress::{Progress, Stages};
 use super::run::{RunArgs, stop_flag};
 use super::table::{self, limit_lines, section};
 use super::toolpath::reading;
@@ -88,6 +88,12 @@ pub(crate) fn run(args: &RunArgs) -> Result<Outcome, CliError> {
     let stop = stop_flag();
     let wrong = |error: ProgramError| CliError::program(&file, error);
     let facts = ProgramFacts::of(open()?, &part.machine).map_err(wrong)?;
+    if facts.length_mm == 0.0 && facts.dwell_s == 0.0 {
+        return Err(CliError::Usage(format!(
+            "{}: the program moves nothing\nhelp: it holds no G00, G01, G02, G03 or NURBS block that leads anywhere",
+            file.display()
+        )));
+    }
     make_folder(&args.out.folder)?;
     let inspection = if comes_alone {
         None
@@ -122,6 +128,8 @@ pub(crate) fn run(args: &RunArgs) -> Result<Outcome, CliError> {
     let mut written = vec![recording];
     let maps = match (&inspection, cut) {
         (Some(inspection), Some(cut)) => {
+            let stages = Stages::new(args.out.print.is_watched());
+            stages.begin("cutting the part as the program has it");
             let nominal = inspection.nominal(open()?).map_err(|error| CliError::inspection(&file, error))?;
             Some((nominal, MachinedPart::map(cut)))
         }

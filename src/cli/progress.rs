@@ -60,6 +60,38 @@ impl<const A: usize> Observer<A> for Progress {
     }
 }
 
+/// Tells which stage of a longer work is going on, on standard error; it clears the line when it goes.
+pub(crate) struct Stages(Option<ProgressBar>);
+
+impl Stages {
+    /// A line that is shown only if `enabled`.
+    pub(crate) fn new(enabled: bool) -> Self {
+        Self(enabled.then(|| {
+            let bar = ProgressBar::with_draw_target(None, ProgressDrawTarget::stderr());
+            bar.enable_steady_tick(Duration::from_millis(200));
+            match ProgressStyle::with_template("{spinner} {msg} ({elapsed})") {
+                Ok(style) => bar.with_style(style),
+                Err(_) => bar,
+            }
+        }))
+    }
+
+    /// The next stage.
+    pub(crate) fn begin(&self, what: &'static str) {
+        if let Some(bar) = &self.0 {
+            bar.set_message(what);
+        }
+    }
+}
+
+impl Drop for Stages {
+    fn drop(&mut self) {
+        if let Some(bar) = &self.0 {
+            bar.finish_and_clear();
+        }
+    }
+}
+
 /// Shows how far a search is and what it has found, on standard error, once it has taken a while. May be told from any
 /// thread.
 pub(crate) struct SearchProgress {

@@ -9,6 +9,7 @@ use servosim::report::write_file;
 use servosim::scenario::{Document, Part, PlannedProgram, ToolPathSummary};
 
 use super::output::{OutputArgs, make_folder, note};
+use super::progress::Stages;
 use super::{CliError, Outcome, part_table, pictures, plot, table};
 
 /// Arguments of `servosim toolpath`.
@@ -39,13 +40,17 @@ pub(crate) fn run(args: &ToolpathArgs) -> Result<Outcome, CliError> {
     }
     let part = document.part()?;
     make_folder(&args.out.folder)?;
+    let stages = Stages::new(args.out.print.is_watched());
+    stages.begin("planning the tool path");
     let path = part.tool_path()?;
+    stages.begin("writing the program");
     let program = PlannedProgram::new(&part, &path)?;
     let file = args.out.folder.join(format!("{}.nc", part.name));
     let mut written = vec![file.clone()];
     write_file(&file, program.text.as_bytes())?;
     written.extend(write_beside(&document, &part, &args.out.folder)?);
 
+    stages.begin("cutting the part");
     // What is checked is what stands in the file.
     let blocks = || Reader::new(program.text.as_bytes(), file.display().to_string(), reading(&part));
     let facts = ProgramFacts::of(blocks(), &part.machine).map_err(|error| CliError::program(&file, error))?;
@@ -55,6 +60,7 @@ pub(crate) fn run(args: &ToolpathArgs) -> Result<Outcome, CliError> {
     let map = inspection.nominal(blocks()).map_err(|error| CliError::inspection(&file, error))?;
     let nominal = PartFigures::of(&map, part.options.scallop_mm, part.options.tolerance_mm);
     let summary = ToolPathSummary::new(&part, &path, &program, &facts, nominal);
+    drop(stages);
     if let Some(format) = args.out.plots.format() {
         written.extend(pictures::of_path(&part, &path, &inspection, &summary).write(
             &args.out.folder,

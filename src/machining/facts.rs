@@ -13,8 +13,11 @@ use crate::simulation::{MAX_PERIODS, SimulationError};
 /// Most points that the path of a program is drawn with.
 pub const MAX_DRAWN_POINTS: usize = 20_000;
 
-/// Points that a curve is looked at in, for its extent and its picture.
-const POINTS_A_CURVE: u32 = 32;
+/// Points that a curve is looked at in, for its extent and its picture: at least, at most.
+const POINTS_A_CURVE: [u32; 2] = [32, 512];
+
+/// By how much the picture of a curve may miss it \[mm\].
+const DRAWN_CHORD_MM: f64 = 0.01;
 
 /// How many blocks of each kind a program has.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
@@ -104,8 +107,9 @@ impl ProgramFacts {
                 Next::Motion(motion) => {
                     let length = if motion.place.rapid { &mut rapid_length } else { &mut feed_length };
                     length.add(motion.shape.length_mm());
-                    max_curvature = max_curvature.max(curvature(&motion.shape));
-                    picture.add(&motion);
+                    let curvature = curvature(&motion.shape);
+                    max_curvature = max_curvature.max(curvature);
+                    picture.add(&motion, curvature);
                 }
                 Next::Span(span) => {
                     time.add(span.pause_s());
@@ -168,6 +172,13 @@ fn curvature(shape: &Shape) -> f64 {
     largest
 }
 
+/// Pieces of a curve, so that their chords miss it by at most [`DRAWN_CHORD_MM`]; of a tight bend in a long curve by more.
+#[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss)] // between the bounds
+fn steps(length_mm: f64, curvature_1_mm: f64) -> u32 {
+    let wanted = length_mm * (curvature_1_mm / (8.0 * DRAWN_CHORD_MM)).sqrt();
+    wanted.max(f64::from(POINTS_A_CURVE[0])).min(f64::from(POINTS_A_CURVE[1])) as u32
+}
+
 /// The path in a bounded number of points.
 struct Picture {
     points: Vec<(f64, SVector<f64, 3>)>,
@@ -193,14 +204,14 @@ impl Default for Picture {
 }
 
 impl Picture {
-    fn add(&mut self, motion: &Motion) {
+    fn add(&mut self, motion: &Motion, curvature_1_mm: f64) {
         let shape = &motion.shape;
         let length = shape.length_mm();
         let mut cursor = Cursor::default();
         if self.points.is_empty() {
             self.take(shape.point_mm(0.0, &mut cursor), 0.0);
         }
-        let steps = if matches!(shape, Shape::Line(_)) { 1 } else { POINTS_A_CURVE };
+        let steps = if matches!(shape, Shape::Line(_)) { 1 } else { steps(length, curvature_1_mm) };
         for i in 1..=steps {
             let s = length * f64::from(i) / f64::from(steps);
             self.take(shape.point_mm(s, &mut cursor), self.s + s);

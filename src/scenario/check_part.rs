@@ -29,6 +29,9 @@ use crate::toolpath::{Cutter, CutterError, DesignSurface};
 /// Height of air moves above the highest point where the file gives none \[mm\].
 const CLEARANCE_MM: f64 = 5.0;
 
+/// Least scallop height and path tolerance: ten nanometres \[mm\].
+const LEAST_MM: f64 = 1e-5;
+
 /// Step of the velocity at a corner where the file gives none \[mm/s\].
 const CORNER_VELOCITY_STEP_MM_S: f64 = 1.0;
 
@@ -38,6 +41,19 @@ fn positive(name: &str, raw: &Spanned<f64>, help: &str, problems: &mut Problems)
     if !(value > 0.0 && value <= 1e6) {
         problems.push(
             Diagnostic::new(format!("{name} = {value} is out of range: it must be a positive number, at most 1e6"))
+                .at(raw.span())
+                .help(help),
+        );
+    }
+    value
+}
+
+/// A length that the tool path is made to: the work grows with its inverse, and no machine keeps less.
+fn fine(name: &str, raw: &Spanned<f64>, help: &str, problems: &mut Problems) -> f64 {
+    let value = positive(name, raw, help, problems);
+    if value > 0.0 && value < LEAST_MM {
+        problems.push(
+            Diagnostic::new(format!("{name} = {value} is out of range: it must be at least {LEAST_MM}"))
                 .at(raw.span())
                 .help(help),
         );
@@ -141,9 +157,9 @@ fn mesh(raw: &RawMesh, folder: &Folder) -> Result<Mesh, Diagnostic> {
 
 fn options(raw: &RawToolpath, cutter: Option<Cutter>, problems: &mut Problems) -> Options {
     let scallop_mm =
-        positive("scallop_mm", &raw.scallop_mm, "give the height of the ridge in millimetres, such as 0.01", problems);
+        fine("scallop_mm", &raw.scallop_mm, "give the height of the ridge in millimetres, such as 0.01", problems);
     let tolerance_mm =
-        positive("tolerance_mm", &raw.tolerance_mm, "give the path tolerance in millimetres, such as 0.01", problems);
+        fine("tolerance_mm", &raw.tolerance_mm, "give the path tolerance in millimetres, such as 0.01", problems);
     if let Some(cutter) = cutter
         && !(scallop_mm < cutter.radius_mm())
     {

@@ -124,6 +124,9 @@ pub(super) fn structure(form: &Form, error: &toml::de::Error, text: &str) -> Dia
     }
     if message.starts_with("wanted exactly 1 element") {
         let variants = variants_of(form, &place);
+        if variants.is_empty() {
+            return wanted_word(form, &place).at(span);
+        }
         let (how, help) = if message.contains("more than") {
             ("more than one of", "keep one and remove the tables of the others".to_owned())
         } else {
@@ -136,16 +139,23 @@ pub(super) fn structure(form: &Form, error: &toml::de::Error, text: &str) -> Dia
     }
     if message.starts_with("invalid type: unit variant") || message == "wanted string or table" {
         let variants = variants_of(form, &place);
-        let (needed, known) = match variants.first() {
-            Some(first) => (format!("a table, such as [{}.{first}]", place.join(".")), list(&variants)),
-            // The only choice that is a word.
-            None => ("a word in quotes".to_owned(), list(&["backward", "exact"])),
-        };
-        return Diagnostic::new(format!("wrong type: `{}` must be {needed}", place.join(".")))
+        let Some(first) = variants.first() else { return wanted_word(form, &place).at(span) };
+        return Diagnostic::new(format!("wrong type: `{0}` must be a table, such as [{0}.{first}]", place.join(".")))
             .at(span)
-            .help(format!("known here: {known}"));
+            .help(format!("known here: {}", list(&variants)));
     }
     wrong_type(form, message, place.last().map_or("", String::as_str)).at(span)
+}
+
+/// Something else where one of a few words belongs.
+fn wanted_word(form: &Form, place: &[String]) -> Diagnostic {
+    let path: Vec<&str> = place.iter().map(String::as_str).collect();
+    let mut known = Vec::new();
+    if let Some(node) = schema_node(form.schema(), &path) {
+        words(node, &mut known);
+    }
+    Diagnostic::new(format!("wrong type: `{}` must be a word in quotes", place.join(".")))
+        .help(format!("known here: {}", list(&known)))
 }
 
 fn unknown_key(form: &Form, name: &str, expected: &[&str], within: &str) -> Diagnostic {
@@ -208,6 +218,7 @@ fn wrong_type(form: &Form, message: &str, key: &str) -> Diagnostic {
             (needed, "n_c is usually 5 to 10; n_c = \"optimize\" searches for the lowest peak jerk")
         }
         "a boolean" => ("true or false", "write true or false, without quotes"),
+        "an array of length 2" => ("two numbers", "one for u and one for v, such as [3, 3]"),
         "a sequence" => ("a list of points", "write a list of points: [[x, y], [x, y], …]"),
         POINT => ("[x, y]", "a point is two numbers in mm: [12.5, -3]"),
         POINT3 => ("[x, y, z]", "a point is three numbers in mm: [12.5, -3, 40]"),
@@ -299,7 +310,26 @@ fn describe(form: &Form, path: &[&str]) -> Option<(String, bool)> {
 fn variants_of(form: &Form, path: &[impl AsRef<str>]) -> Vec<String> {
     let path: Vec<&str> = path.iter().map(AsRef::as_ref).collect();
     let Some(node) = schema_node(form.schema(), &path) else { return Vec::new() };
-    choices(node).filter_map(|choice| choice.get("properties")?.as_object()?.keys().next().cloned()).collect()
+    let mut found = Vec::new();
+    variants(node, &mut found);
+    found
+}
+
+/// Those of a node; of one that may be left out they stand a level deeper.
+fn variants(node: &Value, found: &mut Vec<String>) {
+    for choice in choices(node) {
+        match choice.get("properties").and_then(Value::as_object) {
+            Some(properties) => found.extend(properties.keys().next().cloned()),
+            None => variants(choice, found),
+        }
+    }
+}
+
+/// The words that a node may be.
+fn words(node: &Value, found: &mut Vec<String>) {
+    let listed = node.get("enum").and_then(Value::as_array).into_iter().flatten();
+    found.extend(listed.chain(node.get("const")).filter_map(Value::as_str).map(str::to_owned));
+    choices(node).for_each(|choice| words(choice, found));
 }
 
 /// The tables that have a key of this name.

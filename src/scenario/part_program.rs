@@ -60,20 +60,15 @@ fn write(
     let writing = Writing { decimals, ..writing };
     // Marks of comments and line ends are no part of one.
     let plain = |text: &str| text.chars().filter(|c| !c.is_control() && !"();".contains(*c)).collect::<String>();
-    let (radius, corner) = (part.cutter.radius_mm(), part.cutter.corner_radius_mm());
-    let cutter = if part.cutter.is_ball() {
-        format!("ball cutter, radius {radius} mm")
-    } else {
-        format!("cutter of radius {radius} mm, corner radius {corner} mm")
-    };
     let comment = Block {
         line: 0,
         start_mm: program.blocks.first().map_or([0.0; 3], |block| block.start_mm),
         end_mm: program.blocks.first().map_or([0.0; 3], |block| block.start_mm),
         feed_mm_min: None,
         action: Action::Comment(format!(
-            "{}: {cutter}, scallop {} mm, tolerance {} mm",
+            "{}: {}, scallop {} mm, tolerance {} mm",
             plain(&part.name),
+            part.cutter,
             part.options.scallop_mm,
             part.options.tolerance_mm
         )),

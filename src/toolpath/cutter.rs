@@ -1,5 +1,7 @@
 //! Cutters: surfaces of revolution around the tool axis Z.
 
+use std::fmt;
+
 use crate::path::MAX_COORDINATE_MM;
 
 /// A cutter, described by the profile of its bottom: a flat disc of radius `R - c` with a quarter round of corner radius `c`
@@ -14,6 +16,17 @@ use crate::path::MAX_COORDINATE_MM;
 pub struct Cutter {
     radius_mm: f64,
     corner_radius_mm: f64,
+}
+
+impl fmt::Display for Cutter {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let Self { radius_mm, corner_radius_mm } = self;
+        if self.is_ball() {
+            write!(f, "ball cutter, radius {radius_mm} mm")
+        } else {
+            write!(f, "cutter of radius {radius_mm} mm, corner radius {corner_radius_mm} mm")
+        }
+    }
 }
 
 /// Why a cutter is none.

@@ -6,6 +6,7 @@ use super::super::font;
 use super::super::machining::{DeviationPanel, DeviationPicture};
 use super::super::panel::{Entry, Heading, LABEL_EM, Panel, Symbol, TITLE_EM, gutter, x_axis, y_axis};
 use super::super::sheet::{Anchor, BORDER, Colour, INK, Image, Lettering, MUTED, Pen, Sheet, WHITE};
+use super::sweep::colour::mixed;
 use super::{capital, printable};
 
 /// From nothing to the deepest gouge, and to the highest excess: lightness falls evenly on both sides, and orange and blue are
@@ -27,7 +28,7 @@ const TITLE_PX: f64 = 24.0;
 const FOOT_PX: f64 = 62.0;
 const GAP_PX: f64 = 36.0;
 
-/// Deviations to colours: linear from nothing to each end; each side has at least a quarter of the bar.
+/// Deviations to colours: linear from nothing to each end, each side for itself, and each has at least a quarter of the bar.
 struct Scale {
     gouge_um: f64,
     excess_um: f64,
@@ -118,21 +119,20 @@ impl Scale {
                 }
             }
         }
+        if self.gouge_um.max(self.excess_um) > 1.05 * self.gouge_um.min(self.excess_um) {
+            // A gouge of 10 µm beside a scallop of 250 µm would not be seen on one scale; but the reader must know.
+            let zero = at(0.0);
+            sheet.line(&[(left - 5.0, zero), (right + 4.0, zero)], Pen::solid(INK, 1.2));
+            // Below the numbers of the map beside it.
+            for (line, text) in [(33.0, "Each half has its"), (49.0, "own scale.")] {
+                let text = Lettering::new((left - 4.0, bottom + line), text, LABEL_EM, Anchor::Left);
+                sheet.text(text.coloured(MUTED));
+            }
+        }
         let at = (beside.right + ROOM_PX - 16.0, 0.5 * (top + bottom));
         let title = Lettering::new(at, "deviation [µm]: gouge −, excess +", 14.0, Anchor::Middle);
         sheet.text(Lettering { upwards: true, ..title });
     }
-}
-
-fn mixed(nodes: &[Colour; 5], share: f64) -> Colour {
-    let place = share * (nodes.len() - 1) as f64;
-    #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss)] // 0 to 3
-    let below = (place as usize).min(nodes.len() - 2);
-    let share = place - below as f64;
-    #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss)] // 0 to 255
-    let mix = |a: u8, b: u8| (f64::from(a) + share * (f64::from(b) - f64::from(a))).round() as u8;
-    let (a, b) = (nodes[below], nodes[below + 1]);
-    (mix(a.0, b.0), mix(a.1, b.1), mix(a.2, b.2))
 }
 
 /// A map with rows counted, its extremes found.

@@ -176,8 +176,8 @@ fn box_and_axes(sheet: &mut Sheet, view: &View, [x, y, z]: [Range; 3]) {
     let along_x = px([x.low, y.low, z.low], [x.high, y.low, z.low]);
     let along_y = px([x.high, y.low, z.low], [x.high, y.high, z.low]);
     let along_z = px([x.low, y.low, z.low], [x.low, y.low, z.high]);
-    let axes =
-        [(x, along_x), (y, along_y), (z, along_z)].map(|(range, px)| Axis::linear(range, px.max(60.0), 62.0, false));
+    let axes = [(x, along_x, 62.0), (y, along_y, 62.0), (z, along_z, 30.0)]
+        .map(|(range, px, tick)| Axis::linear(range, px.max(60.0), tick, false));
     for tick in axes[0].ticks.iter().map(|tick| tick.value) {
         line(sheet, [tick, y.low, z.low], [tick, y.high, z.low], faint);
         line(sheet, [tick, y.high, z.low], [tick, y.high, z.high], faint);
@@ -213,10 +213,13 @@ fn box_and_axes(sheet: &mut Sheet, view: &View, [x, y, z]: [Range; 3]) {
         let (at, anchor) = match *name {
             "x" => ((middle.0 - widest - 16.0, middle.1 + 34.0), *anchor),
             "y" => ((middle.0 + widest + 20.0, middle.1 + 30.0), *anchor),
-            _ => (view.at(place(axis.range.high)), Anchor::Middle),
+            _ => (view.at(place(axis.range.high)), *anchor),
         };
-        let at = if *name == "z" { (at.0, at.1 - 20.0) } else { at };
-        let title = Lettering::new(at, axis.title(name, "mm"), 14.0, anchor);
+        let title = axis.title(name, "mm");
+        // Left of the edge that leads away from there, and on the sheet.
+        let least = font::width_px(&title, 14.0) + 8.0;
+        let at = if *name == "z" { ((at.0 - 6.0).max(least), at.1 - 18.0) } else { at };
+        let title = Lettering::new(at, title, 14.0, anchor);
         taken.push(title.frame());
         sheet.text(title);
     }

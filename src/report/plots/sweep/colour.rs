@@ -26,6 +26,18 @@ const BAR_PX: f64 = 18.0;
 /// Room that the bar takes with its labels, right of the panel.
 pub(in super::super) const ROOM_PX: f64 = 122.0;
 
+/// A colour between neighbours of a row, at a share from 0 to 1 of it.
+pub(in super::super) fn mixed<const N: usize>(nodes: &[Colour; N], share: f64) -> Colour {
+    let place = share * (N - 1) as f64;
+    #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss)] // from 0 to the last but one
+    let below = (place as usize).min(N - 2);
+    let share = place - below as f64;
+    #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss)] // 0 to 255
+    let mix = |a: u8, b: u8| (f64::from(a) + share * (f64::from(b) - f64::from(a))).round() as u8;
+    let (a, b) = (nodes[below], nodes[below + 1]);
+    (mix(a.0, b.0), mix(a.1, b.1), mix(a.2, b.2))
+}
+
 /// From the figure to a colour.
 pub(in super::super) struct Scale {
     axis: Axis,
@@ -66,14 +78,7 @@ impl Scale {
     }
 
     pub(in super::super) fn colour(step: u8) -> Colour {
-        let place = f64::from(step) / f64::from(STEPS - 1) * (VIRIDIS.len() - 1) as f64;
-        #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss)] // 0 to 8
-        let below = (place as usize).min(VIRIDIS.len() - 2);
-        let share = place - below as f64;
-        #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss)] // 0 to 255
-        let mix = |a: u8, b: u8| (f64::from(a) + share * (f64::from(b) - f64::from(a))).round() as u8;
-        let (a, b) = (VIRIDIS[below], VIRIDIS[below + 1]);
-        (mix(a.0, b.0), mix(a.1, b.1), mix(a.2, b.2))
+        mixed(&VIRIDIS, f64::from(step) / f64::from(STEPS - 1))
     }
 
     /// The bar, right of a panel.
