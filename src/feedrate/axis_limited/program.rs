@@ -297,14 +297,10 @@ impl<const D: usize> Program<D> {
                     point.acceleration.iter_mut().for_each(|most| *most /= acceleration);
                 }
             }
-            match interval.checked_sub(1).and_then(|k| self.spans.get_mut(k)) {
-                Some(span) => span.jerk.iter_mut().for_each(|most| *most /= jerk),
-                None => {
-                    let end = if interval == 0 { 0 } else { last };
-                    if let Some(point) = self.points.get_mut(end) {
-                        point.most /= libm::cbrt(jerk * jerk);
-                    }
-                }
+            if let Some(span) = interval.checked_sub(1).and_then(|k| self.spans.get_mut(k)) {
+                span.jerk.iter_mut().for_each(|most| *most /= jerk);
+            } else if let Some(point) = self.points.get_mut(if interval == 0 { 0 } else { last }) {
+                point.most /= libm::cbrt(jerk * jerk);
             }
         }
     }
