@@ -5,7 +5,7 @@ mod common;
 
 use common::{alpha, altered, bare, refusal};
 use servosim::feedrate::Profile;
-use servosim::scenario::{MAX_ARRAY_ITEMS, Scenario, builtin_names};
+use servosim::scenario::{FeedProfile, MAX_ARRAY_ITEMS, Scenario, builtin_names};
 use servosim::servo::{Derivative, Drive, LoopSettings};
 
 /// The text is refused, the message points at `place` (the first occurrence of it, as line and column), and says `words`.
@@ -29,7 +29,7 @@ fn validates_the_built_in_scenarios_against_the_paper() {
     let of = |name| Scenario::builtin(name).unwrap();
     let (alpha, heart, star) = (of("alpha"), of("heart.toml"), of("star"));
     assert_eq!(alpha.name, "alpha");
-    assert_eq!(alpha.profile, Profile::Exponential { phase_s: 0.1, n_c: 8.12 });
+    assert_eq!(alpha.profile, FeedProfile::Phases(Profile::Exponential { phase_s: 0.1, n_c: 8.12 }));
     assert_eq!(alpha.settings, LoopSettings::default());
     // The default drive is the paper's: the written-out factor is 1/0.716 to the last bit.
     assert!([&alpha, &heart, &star].iter().all(|s| s.axes.iter().all(|axis| axis.drive == Drive::default())));

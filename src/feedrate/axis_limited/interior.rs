@@ -26,11 +26,14 @@ fn shrink<const D: usize>(program: &Program<D>, c: &mut [f64]) {
         if kept {
             break;
         }
-        c.iter_mut().for_each(|value| *value *= 0.8);
+        for value in c.iter_mut() {
+            *value *= 0.8;
+        }
     }
 }
 
 /// Solves the problem, from another solution if there is one.
+#[allow(clippy::too_many_lines)] // one iteration, step by step
 pub(super) fn solve<const D: usize>(program: &Program<D>, from: Option<&Solution>) -> Solution {
     let n = program.coefficients();
     let count = program.limits();

@@ -16,6 +16,8 @@ pub(in super::super) struct Planned {
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub(super) struct Node {
     pub(super) t: f64,
+    /// Time to the next point, as it was computed: the difference of late times would have lost digits that the jerk needs.
+    pub(super) dt: f64,
     pub(super) s: f64,
     pub(super) v: f64,
     pub(super) a: f64,
@@ -69,6 +71,7 @@ impl Planned {
     pub(super) fn paced(mut self, pace: f64) -> Self {
         for node in &mut self.nodes {
             node.t *= pace;
+            node.dt *= pace;
             node.v /= pace;
             node.a /= pace * pace;
         }
@@ -103,7 +106,7 @@ impl Planned {
         let Some(within) = self.nodes.get(low + 1..high.min(intervals)) else { return MotionSample::default() };
         let interval = low + within.partition_point(|node| node.t <= t_s);
         match self.nodes.get(interval..interval + 2) {
-            Some([from, to]) => between(from, to, ((t_s - from.t) / (to.t - from.t)).clamp(0.0, 1.0)),
+            Some([from, to]) => between(from, to, ((t_s - from.t) / from.dt).clamp(0.0, 1.0)),
             _ => MotionSample::default(),
         }
     }
@@ -111,7 +114,7 @@ impl Planned {
 
 /// The polynomial of degree 5 between two nodes, at the share `x` of their time.
 fn between(from: &Node, to: &Node, x: f64) -> MotionSample {
-    let dt = to.t - from.t;
+    let dt = from.dt;
     let (v0, v1) = (from.v * dt, to.v * dt);
     let (a0, a1) = (from.a * dt * dt, to.a * dt * dt);
     // What the state at the start leaves over: position, speed and acceleration to be gained by cubic and higher terms.

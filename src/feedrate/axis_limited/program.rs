@@ -297,14 +297,10 @@ impl<const D: usize> Program<D> {
                     point.acceleration.iter_mut().for_each(|most| *most /= acceleration);
                 }
             }
-            match interval.checked_sub(1).and_then(|k| self.spans.get_mut(k)) {
-                Some(span) => span.jerk.iter_mut().for_each(|most| *most /= jerk),
-                None => {
-                    let end = if interval == 0 { 0 } else { last };
-                    if let Some(point) = self.points.get_mut(end) {
-                        point.most /= libm::cbrt(jerk * jerk);
-                    }
-                }
+            if let Some(span) = interval.checked_sub(1).and_then(|k| self.spans.get_mut(k)) {
+                span.jerk.iter_mut().for_each(|most| *most /= jerk);
+            } else if let Some(point) = self.points.get_mut(if interval == 0 { 0 } else { last }) {
+                point.most /= libm::cbrt(jerk * jerk);
             }
         }
     }
@@ -313,27 +309,28 @@ impl<const D: usize> Program<D> {
     pub(super) fn motion(&self, solution: &Solution) -> Planned {
         let c = &solution.coefficients;
         let n = self.grid.len();
-        let mut nodes = Vec::with_capacity(n);
-        nodes.push(Node::default());
-        let mut t = 0.0;
+        let mut nodes: Vec<Node> = Vec::with_capacity(n);
+        let mut here = Node::default();
         for k in 0..self.points.len() {
             let (q, a) = self.state(k, c);
             let s = self.grid[k + 1];
-            if k == 0 {
-                t = 3.0 * s / q.sqrt();
+            here.dt = if k == 0 {
+                3.0 * s / q.sqrt()
             } else {
                 let (q0, a0) = self.state(k - 1, c);
                 let h = self.spans[k - 1].h;
                 let least = 0.01 * q0.min(q);
                 let slowness =
                     GAUSS.map(|(x, weight)| weight / (q0 + h * x * (2.0 * a0 + (a - a0) * x)).max(least).sqrt());
-                t += h * slowness.iter().sum::<f64>();
-            }
-            nodes.push(Node { t, s, v: q.sqrt(), a });
+                h * slowness.iter().sum::<f64>()
+            };
+            nodes.push(here);
+            here = Node { t: here.t + here.dt, dt: 0.0, s, v: q.sqrt(), a };
         }
-        let v = nodes.last().map_or(0.0, |node| node.v);
         let (end, before) = (self.grid[n - 1], self.grid[n - 2]);
-        nodes.push(Node { t: t + 3.0 * (end - before) / v, s: end, v: 0.0, a: 0.0 });
+        here.dt = 3.0 * (end - before) / here.v;
+        nodes.push(here);
+        nodes.push(Node { t: here.t + here.dt, dt: 0.0, s: end, v: 0.0, a: 0.0 });
         Planned::new(nodes)
     }
 }
