@@ -171,7 +171,7 @@ fn a_scenario_that_is_not_there_is_told_with_where_it_was_looked_for() {
             .stderr(contains("there is no scenario `brcket`"))
             .stderr(contains("looked for `brcket`, `brcket.toml`, `scenarios/brcket`, `scenarios/brcket.toml`"))
             .stderr(contains("did you mean `bracket`?"))
-            .stderr(contains("built in: alpha, heart, star"));
+            .stderr(contains("built in: alpha, alpha-real, heart, star"));
     }
     folder.servosim("run alhpa.toml").assert().code(2).stderr(contains("did you mean `alpha`?"));
     folder.process("run").arg("").output().map(|o| assert_eq!(o.status.code(), Some(2))).unwrap();

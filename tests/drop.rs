@@ -383,7 +383,7 @@ fn places_that_are_no_numbers_have_no_rest() {
 
 #[test]
 fn validates_rests_on_a_dome_against_every_triangle_sampled() {
-    let bytes = include_bytes!("dome.stl");
+    let bytes = include_bytes!("../scenarios/dome.stl");
     let mesh = Mesh::from_stl(&bytes[..], "dome.stl").unwrap();
     let surface = MeshSurface::new(&mesh);
     let cutter = Cutter::ball(4.0).unwrap();

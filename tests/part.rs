@@ -253,7 +253,7 @@ fn damaged_meshes_are_told_of() {
     );
     let folder = folder_with(&mesh);
     let file = folder.path().join("it.stl");
-    let whole = fs::read(concat!(env!("CARGO_MANIFEST_DIR"), "/tests/dome.stl")).unwrap();
+    let whole = fs::read(concat!(env!("CARGO_MANIFEST_DIR"), "/scenarios/dome.stl")).unwrap();
     let cases: [(&[u8], &str); 4] = [
         (b"", "empty"),
         (b"solid x\nfacet normal 0 0\n", "line 2"),

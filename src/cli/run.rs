@@ -28,7 +28,7 @@ Examples:
   servosim run heart --format json --plots none
   servosim run output/patch.nc
 
-SCENARIO is looked for as a file, then in the folder scenarios, then among the built-in ones (alpha, heart, star).
+SCENARIO is looked for as a file, then in the folder scenarios, then among the built-in ones (alpha, alpha-real, heart, star).
 A name that ends in .nc (.ngc .mpf .tap .gcode …) is an NC program: it runs on the machine of its part, PROGRAM.part.toml beside
 it (`servosim toolpath` writes both), and the part that it would cut is compared with the surface.")]
 pub(crate) struct RunArgs {

@@ -74,9 +74,14 @@ impl<'a> Inspection<'a> {
                 high[axis] = high[axis].max(corner[axis]);
             }
         }
-        // The cutter reaches past its axis.
+        // The cutter reaches past its axis, but there is nothing to look at beside the surface.
         let reach = cutter.radius_mm();
-        let field = HeightField::new(low.map(|x| x - reach), high.map(|x| x + reach), cell_mm)?;
+        let [least, most] = surface.bounds_mm();
+        for axis in 0..2 {
+            low[axis] = (low[axis] - reach).max(least[axis].min(low[axis]));
+            high[axis] = (high[axis] + reach).min(most[axis].max(high[axis]));
+        }
+        let field = HeightField::new(low, high, cell_mm)?;
         // The path keeps its tolerance at the edge too, and an edge runs through cells.
         let margin_mm = tolerance_mm.max(0.0) + cell_mm;
         Ok(Self { surface, cutter, region: MapRegion { polygons_mm, margin_mm, cutter: Some(cutter) }, field })

@@ -18,7 +18,8 @@ const LARGEST_STEP: f64 = 1.9;
 pub(super) struct Site<'a> {
     pub(super) surface: &'a dyn DesignSurface,
     pub(super) cutter: Cutter,
-    /// The body that every cutter displaced by at most the path tolerance contains: smaller by it on all sides.
+    /// The body that every cutter displaced by at most the path tolerance contains: smaller by it on all sides. Of a cutter with a sharp
+    /// edge the edge itself, which is what touches a slope, would be left out: there it is the cutter displaced upwards.
     inner: Cutter,
     raise_mm: f64,
     /// Largest ridge \[mm\].
@@ -44,7 +45,7 @@ impl<'a> Site<'a> {
         path_tolerance_mm: f64,
     ) -> Result<Self, CutterError> {
         let (r, c, e, h) = (cutter.radius_mm(), cutter.corner_radius_mm(), path_tolerance_mm, scallop_mm);
-        let inner = Cutter::bull_nose(r - e, (c - e).max(0.0))?;
+        let inner = if c > e { Cutter::bull_nose(r - e, c - e)? } else { cutter };
         // On a plane: half a step-over of the smaller ball, (c-e)² - (c-h)², and the ridge of the whole one.
         let half_square = (2.0 * c - e - h) * (h - e);
         let planned_mm = if c > h { half_square / (c + (c * c - half_square).sqrt()) } else { h - e };

@@ -54,8 +54,10 @@ pub(super) fn rings(site: &Site<'_>, region: &Region, options: &Options, toleran
     let chord = CHORD_SHARE * tolerance;
     let mut out = Rings { rings: Vec::new(), steps_mm: None, ridge_mm: 0.0 };
     let mut areas = region.inset(options.first_inset_mm.max(ON_BOUNDARY_MM))?;
-    if areas.is_empty() {
-        return Err(PlanError::NothingLeft { inset_mm: options.first_inset_mm, depth_mm: region.depth_mm()?.0 });
+    // A sliver narrower than the path is true is none.
+    let least_mm = options.first_inset_mm + 25.0 * tolerance;
+    if areas.is_empty() || region.inset(least_mm)?.is_empty() {
+        return Err(PlanError::NothingLeft { inset_mm: least_mm, depth_mm: region.depth_mm()?.0 });
     }
     for level in 0.. {
         if areas.is_empty() {

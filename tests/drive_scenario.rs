@@ -1,0 +1,180 @@
+//! Drives as they are, from the scenario file to the table of `servosim compare`.
+
+mod common;
+
+use common::folder::Folder;
+use predicates::prelude::PredicateBooleanExt;
+use predicates::str::contains;
+use servosim::comparison::{Column, Comparison, Row};
+use servosim::scenario::{Document, Scenario};
+use servosim::servo::{ControllerGains, ControllerKind};
+
+fn alpha_with(tables: &str) -> Scenario {
+    let document = Document::builtin("alpha").unwrap();
+    Scenario::from_toml(&format!("{}\n{tables}\n", document.text()), "alpha.toml").unwrap()
+}
+
+/// The same tables on both axes: `@` stands for the axis.
+fn on_both(tables: &str) -> Scenario {
+    alpha_with(&["x", "y"].map(|axis| tables.replace('@', axis)).join("\n"))
+}
+
+#[test]
+fn without_a_table_the_axes_are_their_models() {
+    assert!(Scenario::builtin("alpha").unwrap().is_model());
+    let real = Scenario::builtin("alpha-real").unwrap();
+    assert!(!real.is_model());
+    assert!(real.model().is_model());
+    // The model of alpha-real is alpha, to the last bit.
+    let (model, alpha) =
+        (real.model().run(&mut []).unwrap(), Scenario::builtin("alpha").unwrap().run(&mut []).unwrap());
+    assert_eq!(model.max_contour_error_um.to_bits(), alpha.max_contour_error_um.to_bits());
+    assert_eq!(model.rms_voltage_v.to_bits(), alpha.rms_voltage_v.to_bits());
+}
+
+/// A controller table whose gains are those of the PDFF loop with `kvf = 1` and no feedforward is a PDFF loop.
+#[test]
+fn validates_p_pi_against_pdff_with_its_gains() {
+    let p_pi = on_both("[axes.@.controller.p_pi]");
+    let mut pdff = Scenario::builtin("alpha").unwrap();
+    for axis in &mut pdff.axes {
+        axis.pdff.kvf = 1.0;
+        axis.pdff.kpf_rad_mm = 0.0;
+    }
+    let (a, b) = (p_pi.run(&mut []).unwrap(), pdff.run(&mut []).unwrap());
+    // 1201 samples of a stable loop: rounding only.
+    assert!((a.max_contour_error_um - b.max_contour_error_um).abs() < 1e-6, "{a:?} {b:?}");
+    assert!((a.rms_voltage_v - b.rms_voltage_v).abs() < 1e-9);
+}
+
+#[test]
+fn every_effect_of_alpha_real_counts_and_the_table_names_it() {
+    let real = Scenario::builtin("alpha-real").unwrap();
+    let comparison = Comparison::of(&real, &[Column::Own]).unwrap();
+    let names: Vec<&str> = comparison.lines.iter().map(|line| line.drives.as_str()).collect();
+    assert_eq!(
+        names,
+        [
+            "model alone",
+            "mismatch",
+            "encoder",
+            "noise",
+            "delay",
+            "dac",
+            "current loop",
+            "two mass",
+            "friction",
+            "backlash",
+            "pitch",
+            "ripple",
+            "force",
+            "all effects",
+            "with remedies"
+        ]
+    );
+    let rms: Vec<f64> = comparison.lines.iter().map(|line| line.runs[0].unwrap().rms_contour_error_um).collect();
+    for (name, value) in names.iter().zip(&rms).skip(1) {
+        assert!((value - rms[0]).abs() > 1e-7 * rms[0], "{name} changes nothing: {value} {}", rms[0]);
+    }
+    // The last row is the scenario.
+    let whole = real.run(&mut []).unwrap();
+    assert_eq!(rms.last().unwrap().to_bits(), whole.rms_contour_error_um.to_bits());
+    assert_eq!(Row::of_scenario(&real.model()), [Row::Model]);
+}
+
+/// Where the model is all there is, zero-phase tracking of both axes leaves what the filter cannot cancel: far less than the lag.
+#[test]
+fn zero_phase_tracking_takes_the_lag_away() {
+    let plain = Scenario::builtin("alpha").unwrap().run(&mut []).unwrap();
+    let tracking = on_both("[axes.@.remedies]\nzero_phase = true").run(&mut []).unwrap();
+    assert!(tracking.max_tracking_error_um < 0.05 * plain.max_tracking_error_um, "{tracking:?}");
+    assert!(tracking.max_contour_error_um < 0.05 * plain.max_contour_error_um, "{tracking:?}");
+}
+
+#[test]
+fn cross_coupling_makes_the_contouring_error_smaller() {
+    let plain = Scenario::builtin("alpha").unwrap().run(&mut []).unwrap();
+    let coupled = alpha_with("[control.cross_coupling]\nproportional_nm_mm = 40").run(&mut []).unwrap();
+    assert!(coupled.max_contour_error_um < 0.9 * plain.max_contour_error_um, "{coupled:?}");
+}
+
+#[test]
+fn controllers_have_gains_of_the_same_loops() {
+    let alpha = Scenario::builtin("alpha").unwrap();
+    let columns = ControllerKind::ALL.map(Column::Controller);
+    let comparison = Comparison::of(&alpha, &columns).unwrap();
+    assert_eq!(comparison.columns, ["pdff", "p-pi", "pid", "cascade"]);
+    let errors: Vec<f64> = comparison.lines[0].runs.iter().map(|run| run.unwrap().max_contour_error_um).collect();
+    let own = alpha.run(&mut []).unwrap().max_contour_error_um;
+    assert_eq!(errors[0].to_bits(), own.to_bits());
+    // All of the feedforward: less than with part of it.
+    assert!(errors[3] < 0.5 * errors[0], "{errors:?}");
+    let ControllerGains::Pid(pid) = ControllerGains::like(ControllerKind::Pid, &alpha.axes[0], &alpha.settings) else {
+        panic!("no PID gains");
+    };
+    // kp = k_T kv (kp + ki/r_g), by hand: 1.39665 · 1.19 · (97.38 + 252.8/1.59).
+    assert!((pid.proportional_v_mm - 426.09).abs() < 0.01, "{pid:?}");
+}
+
+#[test]
+fn bad_values_are_told_where_they_are() {
+    for (tables, problem, marked) in [
+        ("[axes.x.effects.two_mass]\ntable_mass_kg = 100\nstiffness_n_um = -1", "stiffness_n_um = -1", "-1"),
+        ("[axes.x.effects.two_mass]\ntable_mass_kg = 1e6\nstiffness_n_um = 100", "lighter", "1e6"),
+        ("[axes.y.effects.friction.coulomb]\ncoulomb_nm = 0.2\nstatic_nm = 0.1", "never sticks", "0.1"),
+        ("[axes.x.effects.friction.coulomb]\ncoulomb_nm = 0.2\nstatic_nm = 100", "never slip", "100"),
+        ("[axes.x.effects.friction.lu_gre]\ncoulomb_nm = 0.2\nstiffness_nm_rad = 0", "stiffness_nm_rad = 0", "0"),
+        ("[axes.x.remedies.notch]\nfrequency_hz = 600", "Nyquist", "600"),
+        ("[axes.x.remedies.low_pass]\nfrequency_hz = 500", "Nyquist", "500"),
+        ("[axes.x.effects.encoder]\nvelocity = \"observer\"\nvelocity_hz = 400", "observer is unstable", "400"),
+        ("[axes.x.effects.delay]\nsamples = 2000", "no drive computes for longer", "2000"),
+        ("[axes.x.effects.dac]\nbits = 1", "from 2 to 32", "1"),
+        ("[axes.x.effects.dac]\nbits = -5", "from 2 to 32", "-5"),
+        ("[axes.x.effects.backlash]\ngap_um = nan", "gap_um = NaN", "nan"),
+        ("[axes.x.effects.pitch]\npoints_mm_um = [[0, 0], [0, 1]]", "rise strictly", "[[0, 0], [0, 1]]"),
+        ("[axes.x.effects.force.over_time]\npoints_s_n = []", "at least 1", "[]"),
+        ("[[axes.x.effects.ripple.harmonics]]\nper_revolution = 0\namplitude_nm = 1", "per_revolution = 0", "0"),
+        ("[axes.x.effects.mismatch]\ngain_factor = 0", "gain_factor = 0", "0"),
+        ("[axes.x.effects.current_loop]\nbandwidth_hz = -3", "bandwidth_hz", "-3"),
+        ("[axes.x.controller.pid]\nfilter_hz = 0", "filter_hz = 0", "0"),
+        ("[axes.x.controller.p_pi]\n[axes.x.remedies]\nzero_phase = true", "undoes the PDFF loop", "true"),
+        ("[control.cross_coupling]\nproportional_nm_mm = -1", "proportional_nm_mm = -1", "-1"),
+        ("[axes.x.effects.fricton]\ngap_um = 1", "fricton", "fricton"),
+    ] {
+        let document = Document::builtin("alpha").unwrap();
+        let text = format!("{}\n{tables}\n", document.text());
+        let error = Scenario::from_toml(&text, "alpha.toml").expect_err(tables);
+        let found = error.problems().iter().find(|found| found.to_string().contains(problem));
+        let shown = error.render(false);
+        assert!(found.is_some() || shown.contains(problem), "{tables}\n{shown}");
+        let line =
+            text.lines().position(|line| line.ends_with(marked) || line.contains(marked) && !line.starts_with('#'));
+        assert!(line.is_some() && shown.contains('^'), "{tables}\n{shown}");
+        // The line of the wrong value is shown.
+        let last = tables.lines().find(|line| line.contains(marked)).unwrap();
+        assert!(shown.contains(last), "{tables}\n{shown}");
+    }
+}
+
+#[test]
+fn compare_as_a_user_types_it() {
+    let folder = Folder::new();
+    folder
+        .servosim("compare alpha-real --gains heart --plots none")
+        .assert()
+        .code(0)
+        .stdout(contains("max contouring error"))
+        .stdout(contains("with remedies"));
+    folder.servosim("compare alpha --controllers pdff,cascade --output out").assert().code(0);
+    for file in ["alpha-pdff.mcap", "alpha-cascade.mcap", "alpha-compared-contour.svg"] {
+        assert!(folder.path(&format!("out/{file}")).is_file(), "{file}");
+    }
+    folder.servosim("compare alpha --controllers pidd").assert().code(2).stderr(contains("pid"));
+    folder.servosim("compare alpha-real --format json --plots none").assert().code(0).stdout(contains("\"lines\""));
+    folder.servosim("run alpha-real --plots none").assert().code(0).stdout(contains("backlash"));
+    folder.servosim("run alpha --plots none").assert().code(0).stdout(contains("model alone").not());
+    folder
+        .servosim("run alpha --set axes.x.effects.backlash.gap_um=5 --plots none")
+        .assert()
+        .stdout(contains("backlash"));
+}
