@@ -1,8 +1,9 @@
 //! Drives as they are, from the scenario file to the table of `servosim compare`.
 
-mod common;
+#[path = "common/folder.rs"]
+mod folder;
 
-use common::folder::Folder;
+use folder::Folder;
 use predicates::prelude::PredicateBooleanExt;
 use predicates::str::contains;
 use servosim::comparison::{Column, Comparison, Row};
@@ -74,7 +75,7 @@ fn every_effect_of_alpha_real_counts_and_the_table_names_it() {
     );
     let rms: Vec<f64> = comparison.lines.iter().map(|line| line.runs[0].unwrap().rms_contour_error_um).collect();
     for (name, value) in names.iter().zip(&rms).skip(1) {
-        assert!((value - rms[0]).abs() > 1e-7 * rms[0], "{name} changes nothing: {value} {}", rms[0]);
+        assert!((value - rms[0]).abs() > 1e-9 * rms[0], "{name} changes nothing: {value} {}", rms[0]);
     }
     // The last row is the scenario.
     let whole = real.run(&mut []).unwrap();
@@ -123,7 +124,7 @@ fn bad_values_are_told_where_they_are() {
         ("[axes.x.effects.two_mass]\ntable_mass_kg = 1e6\nstiffness_n_um = 100", "lighter", "1e6"),
         ("[axes.y.effects.friction.coulomb]\ncoulomb_nm = 0.2\nstatic_nm = 0.1", "never sticks", "0.1"),
         ("[axes.x.effects.friction.coulomb]\ncoulomb_nm = 0.2\nstatic_nm = 100", "never slip", "100"),
-        ("[axes.x.effects.friction.lu_gre]\ncoulomb_nm = 0.2\nstiffness_nm_rad = 0", "stiffness_nm_rad = 0", "0"),
+        ("[axes.x.effects.friction.lu_gre]\ncoulomb_nm = 0.2\nstiffness_nm_rad = 0", "stiffness_nm_rad = 0", "= 0"),
         ("[axes.x.remedies.notch]\nfrequency_hz = 600", "Nyquist", "600"),
         ("[axes.x.remedies.low_pass]\nfrequency_hz = 500", "Nyquist", "500"),
         ("[axes.x.effects.encoder]\nvelocity = \"observer\"\nvelocity_hz = 400", "observer is unstable", "400"),
@@ -144,14 +145,10 @@ fn bad_values_are_told_where_they_are() {
         let document = Document::builtin("alpha").unwrap();
         let text = format!("{}\n{tables}\n", document.text());
         let error = Scenario::from_toml(&text, "alpha.toml").expect_err(tables);
-        let found = error.problems().iter().find(|found| found.to_string().contains(problem));
         let shown = error.render(false);
-        assert!(found.is_some() || shown.contains(problem), "{tables}\n{shown}");
-        let line =
-            text.lines().position(|line| line.ends_with(marked) || line.contains(marked) && !line.starts_with('#'));
-        assert!(line.is_some() && shown.contains('^'), "{tables}\n{shown}");
+        assert!(shown.contains(problem) && shown.contains('^'), "{tables}\n{shown}");
         // The line of the wrong value is shown.
-        let last = tables.lines().find(|line| line.contains(marked)).unwrap();
+        let last = tables.lines().rfind(|line| line.contains(marked)).unwrap();
         assert!(shown.contains(last), "{tables}\n{shown}");
     }
 }

@@ -33,6 +33,12 @@ pub enum InspectionError {
     /// The region has no inside.
     #[error(transparent)]
     Region(#[from] GuideError),
+    /// There is nothing to look at.
+    #[error(
+        "no place of the surface is touched by the cutter with its axis inside the boundary: there is nothing to inspect; \
+         is the cutter too large for this surface?"
+    )]
+    NothingTouched,
     /// What is wrong with the program.
     #[error(transparent)]
     Program(#[from] ProgramError),
@@ -100,7 +106,8 @@ impl<'a> Inspection<'a> {
         while let Some(motion) = shapes.next_seeing(&mut |_| {}) {
             part.follow(&motion?)?;
         }
-        Ok(part.map())
+        let map = part.map();
+        if map.values_um().iter().all(|value| value.is_nan()) { Err(InspectionError::NothingTouched) } else { Ok(map) }
     }
 
     /// The borders of what is looked at, each closed \[mm\].

@@ -12,8 +12,8 @@
 //! ridge `h'` with `h'(2r - h') = (r - ε')² - (r - h)²`, a little less than `h - ε'`. `ε'` is divided: rounding of the program
 //! ([`Options::rounding_mm`], at most a quarter), twice the chords of the points that are fitted (4 % each), the fit.
 //!
-//! Rings are held to this at sampled places: what lies between them the machining check tells. Of a cutter with a sharp edge (a flat end)
-//! ridges are promised for paths displaced upwards; displaced sideways, its edge is.
+//! Rings are held to this at sampled places: what lies between them the machining check tells. The sharp edge of a flat end
+//! cuts steps: there the step between two passes is held to `h`, which is an estimate of what stays, not a bound.
 //!
 //! Ridges are promised for every point that the cutter touches with its axis inside the first ring. Where the surface rises
 //! inwards the first ring, whose axis is on the boundary, touches it further in than the boundary.

@@ -22,6 +22,8 @@ pub(super) struct Site<'a> {
     /// edge the edge itself, which is what touches a slope, would be left out: there it is the cutter displaced upwards.
     inner: Cutter,
     raise_mm: f64,
+    /// Whether its edge is no rounder than the path tolerance.
+    sharp: bool,
     /// Largest ridge \[mm\].
     pub(super) scallop_mm: f64,
     /// Ridge that passes without error leave where displaced ones leave `scallop_mm` \[mm\].
@@ -45,11 +47,12 @@ impl<'a> Site<'a> {
         path_tolerance_mm: f64,
     ) -> Result<Self, CutterError> {
         let (r, c, e, h) = (cutter.radius_mm(), cutter.corner_radius_mm(), path_tolerance_mm, scallop_mm);
-        let inner = if c > e { Cutter::bull_nose(r - e, c - e)? } else { cutter };
+        let sharp = c <= e;
+        let inner = if sharp { cutter } else { Cutter::bull_nose(r - e, c - e)? };
         // On a plane: half a step-over of the smaller ball, (c-e)² - (c-h)², and the ridge of the whole one.
         let half_square = (2.0 * c - e - h) * (h - e);
         let planned_mm = if c > h { half_square / (c + (c * c - half_square).sqrt()) } else { h - e };
-        Ok(Self { surface, cutter, inner, raise_mm: e, scallop_mm, planned_mm })
+        Ok(Self { surface, cutter, inner, sharp, raise_mm: e, scallop_mm, planned_mm })
     }
 
     /// The cutter at rest with its axis there.
@@ -62,6 +65,9 @@ impl<'a> Site<'a> {
     /// What the pass leaves on the point touched from `of` \[mm\]; infinite where it does not reach.
     pub(super) fn left_mm(&self, pass: &Pass, of: &Pass) -> f64 {
         let rho = (of.contact.xy() - pass.at).norm();
+        // A sharp edge cuts a step beside itself: what is there is the matter of the pass whose edge comes there.
+        let beside = self.sharp && rho <= self.cutter.radius_mm() + (of.at - pass.at).norm();
+        let rho = if beside { rho.min(self.cutter.radius_mm()) } else { rho };
         let Some(profile) = self.inner.profile_mm(rho) else { return f64::INFINITY };
         (pass.tip_mm + self.raise_mm + profile - of.contact.z) * of.n_z
     }
