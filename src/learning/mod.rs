@@ -48,8 +48,8 @@ pub struct LearnRequest {
     pub runs: u32,
     /// Learning gain `γ`, above 0 and below 2.
     pub gain: f64,
-    /// Cutoff `f_c` of the low pass \[Hz\], at most the Nyquist frequency; by default half the bandwidth of the slower axis' response, at most a
-    /// fifth of the Nyquist frequency.
+    /// Cutoff `f_c` of the low pass \[Hz\], at most the Nyquist frequency; by default a quarter of the bandwidth of the slower axis' response, at
+    /// most a tenth of the Nyquist frequency: a twentieth of the sampling rate.
     pub cutoff_hz: Option<f64>,
 }
 
@@ -237,7 +237,7 @@ impl Learner {
         };
         let cutoff_hz = request.cutoff_hz.unwrap_or_else(|| {
             let slowest = responses.iter().map(bandwidth).fold(f64::INFINITY, f64::min);
-            (0.5 * slowest).min(0.2 * nyquist_hz)
+            (0.25 * slowest).min(0.1 * nyquist_hz)
         });
         let inverse = responses.into_iter().map(|response| {
             let largest = response.iter().map(Complex::norm_sqr).fold(0.0, f64::max);

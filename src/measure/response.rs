@@ -6,7 +6,7 @@ use nalgebra::Complex;
 use rayon::prelude::*;
 use serde::Serialize;
 
-use super::bench::Bench;
+use super::bench::{Bench, Sample};
 use super::{MeasureError, idle, um, within};
 use crate::analysis::{Feedforward, SampledLoop};
 use crate::limits::AXIS_NAMES;
@@ -90,8 +90,10 @@ const SETTLING_S: f64 = 0.4;
 const BLOCK: f64 = 400.0;
 /// Two blocks that agree to this are the answer.
 const AGREEMENT: f64 = 1e-6;
-/// Else the mean of the last ones of so many.
-const MOST_BLOCKS: usize = 10;
+/// Else it is the mean of all of so many but the first.
+const MOST_BLOCKS: usize = 6;
+/// Amplitudes that are tried.
+const MOST_TRIALS: usize = 8;
 /// Most samples of one block.
 const MOST_BLOCK: f64 = 2e6;
 
@@ -102,7 +104,7 @@ const MOST_BLOCK: f64 = 2e6;
 /// H(jω) = Σ x_act[k] exp(-2πi m k/N) / Σ x_com[k] exp(-2πi m k/N)      ω = 2π m/(N Δt), m and N without common divisor
 /// ```
 ///
-/// until two blocks agree to 1e-6, or as the mean of six where noise, counts or friction keep them apart. The feedforward takes part; the
+/// until two blocks agree to 1e-6, or as the mean of five where noise, counts or friction keep them apart. The feedforward takes part; the
 /// cross-coupling and the cutting force do not. The model is that of [`SampledLoop::command_response`].
 ///
 /// Source: L. Ljung, "System Identification", 2nd edition, section 6.2 (frequency analysis by the correlation method); R. Pintelon,
@@ -184,70 +186,84 @@ fn measure(scenario: &Scenario, axis: usize, tone: Tone, wanted_um: Option<f64>)
     let omega = TAU * tone.hz;
     let limit_v = scenario.axes[axis].drive.voltage_limit_v;
     if let Some(wanted) = wanted_um {
-        return Ok(attempt(scenario, axis, tone, 1e-3 * wanted)?.0);
+        return Sine::new(scenario, axis, tone, 1e-3 * wanted)?.measure();
     }
     let mut amplitude_mm = LARGEST_MM.min(scenario.feed_mm_s / omega);
-    let mut last = attempt(scenario, axis, tone, amplitude_mm)?;
-    for _ in 0..12 {
-        let (measured, peak_v) = last;
-        if !measured.saturated && peak_v <= MOST_SHARE * limit_v {
+    let mut sine = Sine::new(scenario, axis, tone, amplitude_mm)?;
+    for _ in 0..MOST_TRIALS {
+        if !sine.saturated && sine.peak_v <= MOST_SHARE * limit_v {
             break;
         }
         // Of a clamped voltage nobody knows how large it would have been.
-        amplitude_mm *= if measured.saturated { 0.1 } else { WANTED_SHARE * limit_v / peak_v };
-        last = attempt(scenario, axis, tone, amplitude_mm)?;
+        amplitude_mm *= if sine.saturated { 0.1 } else { WANTED_SHARE * limit_v / sine.peak_v };
+        sine = Sine::new(scenario, axis, tone, amplitude_mm)?;
     }
-    Ok(last.0)
+    sine.measure()
 }
 
-/// One run: the response, and the peak voltage.
-#[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss)] // bounded
-fn attempt(scenario: &Scenario, axis: usize, tone: Tone, amplitude_mm: f64) -> Result<(Measured, f64), MeasureError> {
-    let mut bench = Bench::new(scenario, axis)?;
-    let period_s = scenario.settings.period_s;
-    let omega = TAU * tone.hz;
-    let demand = |k: u64| {
-        let turn = tone.turn(k);
-        Demand {
-            position_mm: amplitude_mm * turn.im,
-            velocity_mm_s: amplitude_mm * omega * turn.re,
-            acceleration_mm_s2: -amplitude_mm * omega * omega * turn.im,
-            jerk_mm_s3: -amplitude_mm * omega * omega * omega * turn.re,
-            torque_nm: 0.0,
+/// A sine through an axis that has settled.
+struct Sine {
+    bench: Bench,
+    tone: Tone,
+    amplitude_mm: f64,
+    peak_v: f64,
+    saturated: bool,
+    k: u64,
+}
+
+impl Sine {
+    #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss)] // bounded
+    fn new(scenario: &Scenario, axis: usize, tone: Tone, amplitude_mm: f64) -> Result<Self, MeasureError> {
+        let bench = Bench::new(scenario, axis)?;
+        let mut sine = Self { bench, tone, amplitude_mm, peak_v: 0.0, saturated: false, k: 0 };
+        let settling = (SETTLING_S / scenario.settings.period_s).clamp(400.0, 20_000.0) as u64;
+        for _ in 0..settling {
+            sine.step()?;
         }
-    };
-    let settling = (SETTLING_S / period_s).clamp(400.0, 20_000.0) as u64;
-    let (mut peak_v, mut saturated) = (0.0_f64, false);
-    let mut sample = |bench: &mut Bench| -> Result<_, MeasureError> {
-        let sample = bench.step(&demand)?;
-        peak_v = peak_v.max(sample.voltage_v.abs());
-        saturated |= sample.saturated;
+        Ok(sine)
+    }
+
+    fn step(&mut self) -> Result<Sample, MeasureError> {
+        let Self { tone, amplitude_mm, .. } = *self;
+        let omega = TAU * tone.hz;
+        let sample = self.bench.step(&|k| {
+            let turn = tone.turn(k);
+            Demand {
+                position_mm: amplitude_mm * turn.im,
+                velocity_mm_s: amplitude_mm * omega * turn.re,
+                acceleration_mm_s2: -amplitude_mm * omega * omega * turn.im,
+                jerk_mm_s3: -amplitude_mm * omega * omega * omega * turn.re,
+                torque_nm: 0.0,
+            }
+        })?;
+        self.peak_v = self.peak_v.max(sample.voltage_v.abs());
+        self.saturated |= sample.saturated;
+        self.k += 1;
         Ok(sample)
-    };
-    for _ in 0..settling {
-        sample(&mut bench)?;
     }
-    let mut blocks: Vec<Complex<f64>> = Vec::with_capacity(MOST_BLOCKS);
-    let mut k = settling;
-    while blocks.len() < MOST_BLOCKS {
-        let (mut command, mut actual) = (Complex::new(0.0, 0.0), Complex::new(0.0, 0.0));
-        for _ in 0..tone.n {
-            let sample = sample(&mut bench)?;
-            let back = tone.turn(k).conj();
-            command += back * sample.command_mm;
-            actual += back * sample.actual_mm;
-            k += 1;
+
+    fn measure(mut self) -> Result<Measured, MeasureError> {
+        let mut blocks: Vec<Complex<f64>> = Vec::with_capacity(MOST_BLOCKS);
+        while blocks.len() < MOST_BLOCKS {
+            let (mut command, mut actual) = (Complex::new(0.0, 0.0), Complex::new(0.0, 0.0));
+            for _ in 0..self.tone.n {
+                let back = self.tone.turn(self.k).conj();
+                let sample = self.step()?;
+                command += back * sample.command_mm;
+                actual += back * sample.actual_mm;
+            }
+            let found = actual / command;
+            let agree = blocks.last().is_some_and(|before| (found - before).norm() <= AGREEMENT * found.norm());
+            blocks.push(found);
+            if agree {
+                break;
+            }
         }
-        let found = actual / command;
-        let agree = blocks.last().is_some_and(|before| (found - before).norm() <= AGREEMENT * found.norm());
-        blocks.push(found);
-        if agree {
-            break;
-        }
+        let kept = if blocks.len() < MOST_BLOCKS { 1 } else { MOST_BLOCKS - 1 };
+        let sum: Complex<f64> = blocks.iter().rev().take(kept).sum();
+        let Self { amplitude_mm, saturated, .. } = self;
+        Ok(Measured { response: sum / kept as f64, amplitude_mm, saturated })
     }
-    let kept = if blocks.len() < MOST_BLOCKS { 1 } else { 6 };
-    let sum: Complex<f64> = blocks.iter().rev().take(kept).sum();
-    Ok((Measured { response: sum / kept as f64, amplitude_mm, saturated }, peak_v))
 }
 
 fn decibel(value: Complex<f64>) -> f64 {

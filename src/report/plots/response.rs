@@ -46,9 +46,10 @@ pub(in super::super) fn sheet(measured: &Response) -> Sheet {
     phase.grid(&mut sheet);
     magnitude.level(&mut sheet, 0.0, REFERENCE);
     magnitude.level(&mut sheet, HALF_POWER_DB, HALF_POWER);
-    for (axis, colour) in &axes {
-        draw(&mut sheet, magnitude, axis, *colour, |point| (Some(point.magnitude_db), point.model_db));
-        draw(&mut sheet, phase, axis, *colour, |point| (Some(point.phase_deg), point.model_deg));
+    // Axes that are alike lie on each other: one inside the other.
+    for ((axis, colour), radius_px) in axes.iter().zip([4.4, 2.8]) {
+        draw(&mut sheet, magnitude, axis, *colour, radius_px, |point| (Some(point.magnitude_db), point.model_db));
+        draw(&mut sheet, phase, axis, *colour, radius_px, |point| (Some(point.phase_deg), point.model_deg));
     }
     for (axis, colour) in &axes {
         let name = axis.axis.to_uppercase();
@@ -72,12 +73,13 @@ pub(in super::super) fn sheet(measured: &Response) -> Sheet {
     sheet
 }
 
-/// The model as a line, measured points as dots; rings where the voltage was clamped.
+/// The model as a line, measured points as rings; filled where the voltage was clamped.
 fn draw(
     sheet: &mut Sheet,
     panel: &mut Panel,
     axis: &AxisResponse,
     colour: Colour,
+    radius_px: f64,
     pick: impl Fn(&ResponsePoint) -> (Option<f64>, Option<f64>),
 ) {
     let curve = axis.points.iter().filter_map(|point| Some((point.frequency_hz, pick(point).1?)));
@@ -89,7 +91,7 @@ fn draw(
         if !panel.holds(at) {
             continue;
         }
-        if point.saturated { sheet.ring(at, 3.5, 1.2, colour) } else { sheet.dot(at, 2.6, colour) }
+        if point.saturated { sheet.dot(at, radius_px, colour) } else { sheet.ring(at, radius_px, 1.2, colour) }
         places.push(at);
     }
     panel.keep_clear(places);
@@ -102,7 +104,8 @@ fn heading(measured: &Response, axes: &[(&AxisResponse, Colour)]) -> Heading {
         let name = axis.axis.to_uppercase();
         legend.push(Entry { symbol: Symbol::Ring(*colour), text: format!("{name} measured") });
         if let (Some(db), Some(deg)) = (axis.model_deviation_db, axis.model_deviation_deg) {
-            let apart = format!("{name} linear model (at most {} dB, {}° apart)", figure(db, 2), figure(deg, 2));
+            let within = |value: f64| if value < 1e-3 { "0.001".to_owned() } else { figure(1.005 * value, 2) };
+            let apart = format!("{name} linear model (within {} dB, {}°)", within(db), within(deg));
             legend.push(Entry::line(model_pen(*colour), apart));
         }
     }
@@ -110,7 +113,7 @@ fn heading(measured: &Response, axes: &[(&AxisResponse, Colour)]) -> Heading {
         axes.iter().flat_map(|(axis, _)| axis.warnings.iter().map(|w| format!("{}: {w}", axis.axis.to_uppercase())));
     Heading {
         title: format!("{name}: frequency response, command to table"),
-        subtitle: "Sine by sine through the loop; open rings are where the drive saturated".to_owned(),
+        subtitle: "Sine by sine through the loop; filled points are where the drive saturated".to_owned(),
         warnings: warnings.collect(),
         legend,
     }
