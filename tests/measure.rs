@@ -148,8 +148,7 @@ fn validates_friction_spikes_by_another_way() {
     }
     // Twice the friction, a higher spike.
     for drive in &mut scenario.drives {
-        drive.effects.friction =
-            Some(Friction::Coulomb(Coulomb { coulomb_nm: 0.3, static_nm: 0.4, ..friction }));
+        drive.effects.friction = Some(Friction::Coulomb(Coulomb { coulomb_nm: 0.3, static_nm: 0.4, ..friction }));
     }
     let more = circle(&scenario, &request).unwrap();
     assert!(more.directions[0].spikes[0].height_um > 1.5 * spike);
@@ -218,6 +217,13 @@ fn a_sine_that_saturates_is_told() {
     let measured = response(&alpha(), &request).unwrap();
     assert!(measured.axes[0].points[4].saturated && !measured.axes[0].points[0].saturated);
     assert!(measured.axes[0].warnings[0].starts_with("saturated at"), "{:?}", measured.axes[0].warnings);
+    // A motion that play swallows has a finite magnitude, no phase, and a warning.
+    let mut loose = alpha();
+    loose.drives[1].effects.backlash = Some(Backlash { gap_um: 50.0 });
+    let measured = response(&loose, &ResponseRequest { amplitude_um: Some(1.0), ..request }).unwrap();
+    let y = &measured.axes[1];
+    assert!(y.warnings[0].starts_with("the table does not move at"), "{:?}", y.warnings);
+    assert!(y.points.iter().any(|point| !point.moves() && point.magnitude_db.is_finite()));
 }
 
 #[test]
@@ -291,16 +297,16 @@ fn learning_knows_axes_that_look_ahead() {
 
 #[test]
 fn learning_that_diverges_says_why() {
-    // Beyond what its model says, a gain near two is too much.
+    // A delay that the model does not know, and a high gain up to a high cutoff.
     let mut scenario = alpha();
-    for drive in &mut scenario.drives {
-        drive.effects.mismatch = Some(Mismatch { gain_factor: 1.3, time_constant_factor: 0.7 });
-    }
-    let request = LearnRequest { runs: 40, gain: 1.95, cutoff_hz: Some(100.0) };
+    scenario.drives[0].effects.delay = Some(Delay { samples: 0.5 });
+    let request = LearnRequest { runs: 40, gain: 1.5, cutoff_hz: Some(150.0) };
     let learned = learn(&scenario, &request).unwrap();
     let why = learned.diverged.expect("it diverges");
-    assert!(why.contains("the learning gain of 1.95 is too high"), "{why}");
+    assert!(why.contains("the learning gain of 1.5 is too high"), "{why}");
     assert!(learned.runs.len() < 40);
+    // A lower gain with the cutoff that comes by itself does not.
+    assert!(learn(&scenario, &LearnRequest { runs: 15, ..LearnRequest::default() }).unwrap().diverged.is_none());
     let best = learned.runs.iter().map(|run| run.rms_tracking_error_um).fold(f64::INFINITY, f64::min);
     assert_eq!(learned.runs[learned.best_run as usize - 1].rms_tracking_error_um, best);
     for gain in [0.0, -1.0, 2.0, f64::NAN] {

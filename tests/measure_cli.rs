@@ -85,11 +85,11 @@ fn what_was_learned_is_written() {
     let value = json(&folder, "learn alpha --runs 3 --gain 0.5", 0);
     assert_eq!((value["runs"].as_array().unwrap().len(), &value["best_run"]), (3, &3.into()));
     folder
-        .servosim("learn alpha --runs 40 --gain 1.95 --cutoff-hz 300 --quiet --plots none --set axes.x.effects.mismatch.gain_factor=1.4")
+        .servosim("learn alpha --runs 40 --gain 1.5 --cutoff-hz 150 --quiet --plots none --set axes.x.effects.delay.samples=0.5")
         .assert()
         .code(3)
         .stdout("")
-        .stderr(contains("learning diverges: in run").and(contains("the learning gain of 1.95 is too high")));
+        .stderr(contains("learning diverges: in run").and(contains("the learning gain of 1.5 is too high")));
 }
 
 #[test]

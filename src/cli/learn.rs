@@ -27,10 +27,10 @@ pub(crate) struct LearnArgs {
     #[arg(long, value_name = "N", default_value_t = 10)]
     runs: u32,
     /// Learning gain, below 2: with the exact model each run leaves |1 - gain| of the error
-    #[arg(long, value_name = "GAIN", default_value_t = 0.8, allow_negative_numbers = true)]
+    #[arg(long, value_name = "GAIN", default_value_t = 0.8, allow_hyphen_values = true)]
     gain: f64,
     /// Cutoff of the low pass [default: a quarter of the bandwidth of the slower axis, at most a tenth of the Nyquist frequency]
-    #[arg(long, value_name = "HZ")]
+    #[arg(long, value_name = "HZ", allow_hyphen_values = true)]
     cutoff_hz: Option<f64>,
     /// Replace one value of the scenario, such as feedrate.feed_mm_s=50 (may be given again)
     #[arg(long = "set", value_name = "KEY=VALUE")]

@@ -74,19 +74,19 @@ struct CircleArgs {
     #[command(flatten)]
     common: Common,
     /// Radius of the circle
-    #[arg(long, value_name = "MM", default_value_t = 50.0)]
+    #[arg(long, value_name = "MM", allow_hyphen_values = true, default_value_t = 50.0)]
     radius_mm: f64,
     /// Feed [default: that of the scenario]
-    #[arg(long, value_name = "MM/S")]
+    #[arg(long, value_name = "MM/S", allow_hyphen_values = true)]
     feed_mm_s: Option<f64>,
     /// Centre, X and Y
-    #[arg(long, value_name = "X,Y", value_delimiter = ',', num_args = 1, default_values_t = [0.0, 0.0], allow_negative_numbers = true)]
+    #[arg(long, value_name = "X,Y", value_delimiter = ',', num_args = 1, default_values_t = [0.0, 0.0], allow_hyphen_values = true)]
     centre_mm: Vec<f64>,
     /// Where the measured turns start: 0 on +X, 90 on +Y
-    #[arg(long, value_name = "DEG", default_value_t = 0.0, allow_negative_numbers = true)]
+    #[arg(long, value_name = "DEG", default_value_t = 0.0, allow_hyphen_values = true)]
     start_deg: f64,
     /// Turns measured in each direction; those in which the feed is reached are left out
-    #[arg(long, value_name = "N", default_value_t = 1)]
+    #[arg(long, value_name = "N", allow_hyphen_values = true, default_value_t = 1)]
     turns: u32,
 }
 
@@ -101,16 +101,16 @@ struct ResponseArgs {
     #[command(flatten)]
     common: Common,
     /// Lowest frequency [default: 1]
-    #[arg(long, value_name = "HZ")]
+    #[arg(long, value_name = "HZ", allow_hyphen_values = true)]
     low_hz: Option<f64>,
     /// Highest frequency [default: half the Nyquist frequency]
-    #[arg(long, value_name = "HZ")]
+    #[arg(long, value_name = "HZ", allow_hyphen_values = true)]
     high_hz: Option<f64>,
     /// How many frequencies
-    #[arg(long, value_name = "N", default_value_t = 60)]
+    #[arg(long, value_name = "N", allow_hyphen_values = true, default_value_t = 60)]
     points: u32,
     /// Amplitude of the command [default: at each frequency what takes about half the voltage, at most 1 mm and the feed]
-    #[arg(long, value_name = "UM")]
+    #[arg(long, value_name = "UM", allow_hyphen_values = true)]
     amplitude_um: Option<f64>,
 }
 
@@ -125,16 +125,16 @@ struct StepArgs {
     #[command(flatten)]
     common: Common,
     /// Height of the step
-    #[arg(long, value_name = "UM", default_value_t = 10.0)]
+    #[arg(long, value_name = "UM", allow_hyphen_values = true, default_value_t = 10.0)]
     step_um: f64,
     /// Settled is what stays this near to its command
-    #[arg(long, value_name = "UM", default_value_t = 1.0)]
+    #[arg(long, value_name = "UM", allow_hyphen_values = true, default_value_t = 1.0)]
     window_um: f64,
     /// Feed of the ramp [default: that of the scenario]
-    #[arg(long, value_name = "MM/S")]
+    #[arg(long, value_name = "MM/S", allow_hyphen_values = true)]
     feed_mm_s: Option<f64>,
     /// How long each is watched
-    #[arg(long, value_name = "S", default_value_t = 0.5)]
+    #[arg(long, value_name = "S", allow_hyphen_values = true, default_value_t = 0.5)]
     watch_s: f64,
 }
 
@@ -156,9 +156,12 @@ pub(crate) fn run(args: &MeasureArgs) -> Result<Outcome, CliError> {
                 turns: args.turns,
             };
             let test = circle(&scenario, &request)?;
-            show(&args.common.out, &test, || circle_table(&test), |folder, format| {
-                report::write_circle(&test, folder, &scenario.name, format)
-            })
+            show(
+                &args.common.out,
+                &test,
+                || circle_table(&test),
+                |folder, format| report::write_circle(&test, folder, &scenario.name, format),
+            )
         }
         Kind::Response(args) => {
             let scenario = args.common.scenario()?;
@@ -169,9 +172,12 @@ pub(crate) fn run(args: &MeasureArgs) -> Result<Outcome, CliError> {
                 amplitude_um: args.amplitude_um,
             };
             let measured = response(&scenario, &request)?;
-            show(&args.common.out, &measured, || response_table(&measured), |folder, format| {
-                report::write_response(&measured, folder, &scenario.name, format)
-            })
+            show(
+                &args.common.out,
+                &measured,
+                || response_table(&measured),
+                |folder, format| report::write_response(&measured, folder, &scenario.name, format),
+            )
         }
         Kind::Step(args) => {
             let scenario = args.common.scenario()?;
@@ -183,9 +189,12 @@ pub(crate) fn run(args: &MeasureArgs) -> Result<Outcome, CliError> {
                 watch_s: args.watch_s,
             };
             let measured = step(&scenario, &request)?;
-            show(&args.common.out, &measured, || step_table(&measured), |folder, format| {
-                report::write_steps(&measured, folder, &scenario.name, format)
-            })
+            show(
+                &args.common.out,
+                &measured,
+                || step_table(&measured),
+                |folder, format| report::write_steps(&measured, folder, &scenario.name, format),
+            )
         }
     }
 }
@@ -291,8 +300,10 @@ fn response_table(measured: &Response) -> String {
     table.row("", &each(&|axis| axis.model_deviation_deg, 3), "°");
     let count = |axis: &AxisResponse| axis.points.len().to_string();
     table.row("frequencies", &measured.axes.iter().map(count).collect::<Vec<_>>(), "");
-    let warnings =
-        measured.axes.iter().flat_map(|axis| axis.warnings.iter().map(|w| format!("{}: {w}", axis.axis.to_uppercase())));
+    let warnings = measured
+        .axes
+        .iter()
+        .flat_map(|axis| axis.warnings.iter().map(|w| format!("{}: {w}", axis.axis.to_uppercase())));
     table.warnings(warnings)
 }
 

@@ -184,7 +184,8 @@ pub fn learn(scenario: &Scenario, request: &LearnRequest) -> Result<Learned, Lea
         return refuse("runs", f64::from(request.runs), "a number from 2 to 1000".to_owned());
     }
     if !(request.gain > 0.0 && request.gain < 2.0) {
-        let needed = "above 0 and below 2: each run multiplies the error by |1 - gain|, from 2 on it would grow".to_owned();
+        let needed =
+            "above 0 and below 2: each run multiplies the error by |1 - gain|, from 2 on it would grow".to_owned();
         return refuse("gain", request.gain, needed);
     }
     if let Some(cutoff) = request.cutoff_hz
@@ -305,6 +306,11 @@ impl Learner {
         let first = out.runs.first();
         if let Some(text) = first.filter(|run| run.saturated_share > 0.0).map(|_| "the first run saturates the drive") {
             out.warnings.push(format!("{text}: what the voltage limit takes away cannot be learned"));
+        }
+        if out.runs.first().is_some_and(|run| run.saturated_share == 0.0)
+            && out.runs.iter().any(|run| run.saturated_share > 0.0)
+        {
+            out.warnings.push("the learned corrections saturate the drives: lower the cutoff or the gain".to_owned());
         }
         if first_locked {
             out.warnings.push("an axis locks up in the first run: tune the loop before it learns".to_owned());

@@ -45,6 +45,13 @@ pub struct ResponsePoint {
     pub saturated: bool,
 }
 
+impl ResponsePoint {
+    /// Whether the table moves at all: a motion lost in play or friction has no phase.
+    pub fn moves(&self) -> bool {
+        self.magnitude_db > STILL_DB
+    }
+}
+
 /// The response of one axis.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct AxisResponse {
@@ -58,7 +65,7 @@ pub struct AxisResponse {
     pub peak_db: f64,
     /// Where.
     pub peak_hz: f64,
-    /// Largest distance from the model's magnitude.
+    /// Largest distance from the model's magnitude, where the table moves.
     pub model_deviation_db: Option<f64>,
     /// Largest distance from the model's phase.
     pub model_deviation_deg: Option<f64>,
@@ -125,13 +132,11 @@ pub fn response(scenario: &Scenario, request: &ResponseRequest) -> Result<Respon
         within("amplitude_um", amplitude, 1e-6, 1e6)?;
     }
     let last = f64::from(points - 1);
-    let tones: Vec<Tone> = (0..points)
-        .map(|k| Tone::near(low * libm::pow(high / low, f64::from(k) / last), period_s, nyquist))
-        .collect();
+    let tones: Vec<Tone> =
+        (0..points).map(|k| Tone::near(low * libm::pow(high / low, f64::from(k) / last), period_s, nyquist)).collect();
     // One an axis and frequency: on all cores, and the same on any number of them.
     let axes = 0..idle.axes.len();
-    let jobs: Vec<(usize, Tone)> =
-        axes.clone().flat_map(|axis| tones.iter().map(move |tone| (axis, *tone))).collect();
+    let jobs: Vec<(usize, Tone)> = axes.clone().flat_map(|axis| tones.iter().map(move |tone| (axis, *tone))).collect();
     let measured: Vec<Measured> = jobs
         .par_iter()
         .map(|&(axis, tone)| measure(&idle, axis, tone, request.amplitude_um))
@@ -266,8 +271,12 @@ impl Sine {
     }
 }
 
+/// A table that moves by less than this share of its command does not move, but for rounding and noise.
+const STILL_DB: f64 = -100.0;
+
+/// Finite even where nothing moves at all.
 fn decibel(value: Complex<f64>) -> f64 {
-    20.0 * libm::log10(libm::hypot(value.re, value.im))
+    20.0 * libm::log10(libm::hypot(value.re, value.im).max(1e-10))
 }
 
 /// The angle \[deg\] next to the one before.
@@ -301,9 +310,17 @@ fn figures(scenario: &Scenario, axis: usize, tones: &[Tone], measured: &[Measure
     }
     let peak = points.iter().copied().reduce(|a, b| if b.magnitude_db > a.magnitude_db { b } else { a });
     let largest = |distance: &dyn Fn(&ResponsePoint) -> Option<f64>| {
-        points.iter().map(distance).collect::<Option<Vec<f64>>>().map(|d| d.into_iter().fold(0.0, f64::max))
+        let moving = points.iter().filter(|point| point.moves());
+        moving.map(distance).collect::<Option<Vec<f64>>>().map(|d| d.into_iter().fold(0.0, f64::max))
     };
     let mut warnings = Vec::new();
+    let still = points.iter().filter(|point| !point.moves()).count();
+    if still > 0 {
+        warnings.push(format!(
+            "the table does not move at {still} of {} frequencies: so small a motion is lost in play or friction",
+            points.len()
+        ));
+    }
     let saturated = points.iter().filter(|point| point.saturated).count();
     if saturated > 0 {
         warnings.push(format!(

@@ -144,7 +144,10 @@ pub fn step(scenario: &Scenario, request: &StepRequest) -> Result<Steps, Measure
         for (what, count) in [("step", found.step.saturated_samples), ("ramp", found.ramp.saturated_samples)] {
             if count > 0 {
                 let limit = idle.axes[axis].drive.voltage_limit_v;
-                warnings.push(format!("{name}: the {what} saturates the drive (±{limit} V) in {count} sample{}", if count == 1 { "" } else { "s" }));
+                warnings.push(format!(
+                    "{name}: the {what} saturates the drive (±{limit} V) in {count} sample{}",
+                    if count == 1 { "" } else { "s" }
+                ));
             }
         }
         axes.push(found);

@@ -13,12 +13,7 @@ use crate::measure::{CircleTest, Response, Steps};
 ///
 /// # Errors
 /// A stem that is no plain file name, a failure of the drawing backend, a file that cannot be written.
-pub fn write_circle(
-    test: &CircleTest,
-    folder: &Path,
-    stem: &str,
-    format: Format,
-) -> Result<Vec<PathBuf>, ReportError> {
+pub fn write_circle(test: &CircleTest, folder: &Path, stem: &str, format: Format) -> Result<Vec<PathBuf>, ReportError> {
     write_sheets([("circle", circle::sheet(test))], folder, stem, format)
 }
 

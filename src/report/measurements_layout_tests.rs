@@ -87,13 +87,7 @@ fn ramps(size: f64, count: u32, settles: bool) -> Steps {
     let settling_s = settles.then_some(0.03);
     let axis = |name: &str| AxisSteps {
         axis: name.to_owned(),
-        step: StepFigures {
-            rise_s: None,
-            overshoot_percent: 10.0,
-            settling_s,
-            rest_um: 0.0,
-            saturated_samples: 1,
-        },
+        step: StepFigures { rise_s: None, overshoot_percent: 10.0, settling_s, rest_um: 0.0, saturated_samples: 1 },
         ramp: RampFigures {
             feed_mm_s: 100.0,
             length_mm: 60.0,
@@ -130,7 +124,9 @@ fn learned(size: f64, count: u32) -> Learned {
         best_run: count,
         diverged: (count == 3).then(|| "learning diverges: the gain is too high".to_owned()),
         warnings: Vec::new(),
-        corrections_mm: (0..1000_u32).map(|k| nalgebra::Vector2::new(size, -size) * (0.01 * f64::from(k)).sin()).collect(),
+        corrections_mm: (0..1000_u32)
+            .map(|k| nalgebra::Vector2::new(size, -size) * (0.01 * f64::from(k)).sin())
+            .collect(),
     }
 }
 
@@ -167,7 +163,10 @@ fn no_text_lies_on_another_and_nothing_leaves_the_sheet() {
                     continue;
                 }
             };
-            if points.iter().any(|&(x, y)| !(-0.01..=WIDTH_PX + 0.01).contains(&x) || !(-0.01..=HEIGHT_PX + 0.01).contains(&y)) {
+            if points
+                .iter()
+                .any(|&(x, y)| !(-0.01..=WIDTH_PX + 0.01).contains(&x) || !(-0.01..=HEIGHT_PX + 0.01).contains(&y))
+            {
                 wrong.push(format!("{name}: a mark leaves the sheet: {:?}", points.first()));
             }
         }

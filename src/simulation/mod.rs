@@ -243,7 +243,19 @@ impl<'a, const A: usize> Simulation<'a, A> {
         let coming = Some(axes.look_ahead()).filter(|&ahead| ahead > 0).map(|ahead| VecDeque::with_capacity(ahead + 1));
         let contour = ContourMeter::new(path);
         let motion = motion.clone();
-        Ok(Self { path, motion, parameters, settings, interpolator, axes, coming, corrections: None, contour, next: 0, last })
+        Ok(Self {
+            path,
+            motion,
+            parameters,
+            settings,
+            interpolator,
+            axes,
+            coming,
+            corrections: None,
+            contour,
+            next: 0,
+            last,
+        })
     }
 
     /// The setpoint of sample `k`, the next one.

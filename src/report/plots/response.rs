@@ -24,13 +24,14 @@ pub(in super::super) fn sheet(measured: &Response) -> Sheet {
     let axes: Vec<(&AxisResponse, Colour)> = measured.axes.iter().zip(RUN_COLOURS).collect();
     let space = heading(measured, &axes).draw(&mut sheet);
     let points = || measured.axes.iter().flat_map(|axis| &axis.points);
+    let moving = || points().filter(|point| point.moves());
     let mut hz = Range::of(points().map(|point| point.frequency_hz));
     hz.low *= 0.93;
     hz.high *= 1.07;
-    let mut magnitudes = Range::of(points().flat_map(|point| [Some(point.magnitude_db), point.model_db]).flatten());
+    let mut magnitudes = Range::of(moving().flat_map(|point| [Some(point.magnitude_db), point.model_db]).flatten());
     magnitudes.include(0.0);
     magnitudes.include(HALF_POWER_DB);
-    let mut phases = Range::of(points().flat_map(|point| [Some(point.phase_deg), point.model_deg]).flatten());
+    let mut phases = Range::of(moving().flat_map(|point| [Some(point.phase_deg), point.model_deg]).flatten());
     phases.include(0.0);
     let height = panel_height(&space, 2, GAP);
     let y = [
@@ -85,13 +86,17 @@ fn draw(
     let curve = axis.points.iter().filter_map(|point| Some((point.frequency_hz, pick(point).1?)));
     panel.curve(sheet, curve, model_pen(colour));
     let mut places = Vec::with_capacity(axis.points.len());
-    for point in &axis.points {
+    for point in axis.points.iter().filter(|point| point.moves()) {
         let Some(value) = pick(point).0 else { continue };
         let at = panel.at(point.frequency_hz, value);
         if !panel.holds(at) {
             continue;
         }
-        if point.saturated { sheet.dot(at, radius_px, colour) } else { sheet.ring(at, radius_px, 1.2, colour) }
+        if point.saturated {
+            sheet.dot(at, radius_px, colour)
+        } else {
+            sheet.ring(at, radius_px, 1.2, colour)
+        }
         places.push(at);
     }
     panel.keep_clear(places);
