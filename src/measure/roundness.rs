@@ -162,7 +162,8 @@ mod tests {
         for centre in [[0.0, 0.0], [0.004, -0.009], [-0.02, 0.01]] {
             let points = profile(5000, 50.0, |t| 0.003 + 0.007 * (2.0 * t).cos(), centre);
             for zone in [Zone::least_squares(&points, 50.0), Zone::narrowest(&points, 50.0)] {
-                assert!((zone.width_mm - 0.014).abs() < 1e-7, "{zone:?}");
+                // Linear in the centre: right to offset times deviation over radius, 6 nm here.
+                assert!((zone.width_mm - 0.014).abs() < 6e-6, "{zone:?}");
                 assert!((zone.centre_mm[0] - centre[0]).abs() < 1e-5, "{zone:?}");
                 assert!((zone.mean_mm - 0.003).abs() < 1e-6, "{zone:?}");
             }

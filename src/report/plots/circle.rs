@@ -87,13 +87,21 @@ fn grid(test: &CircleTest) -> (Range, f64) {
 
 fn polar(sheet: &mut Sheet, test: &CircleTest, square: &Frame) {
     let unit = || Axis::linear(Range { low: -1.0, high: 1.0 }, square.width(), 95.0, false);
-    let mut panel = Panel::new(*square, unit(), unit());
+    // Labels keep off the angles around the grid.
+    let inset = ANGLES_PX - 4.0;
+    let inner = Frame {
+        left: square.left + inset,
+        top: square.top + inset,
+        right: square.right - inset,
+        bottom: square.bottom - inset,
+    };
+    let mut panel = Panel::new(inner, unit(), unit());
     let middle = (0.5 * (square.left + square.right), 0.5 * (square.top + square.bottom));
     let outer = 0.5 * square.width() - ANGLES_PX;
     let (range, step) = grid(test);
     let place = |angle_deg: f64, deviation_um: f64| -> Px {
-        let share = ((deviation_um - range.low) / range.span()).clamp(-1.0, 2.0);
-        let radius = outer * (INNER + (1.0 - INNER) * share).max(0.0);
+        let share = ((deviation_um - range.low) / range.span()).clamp(0.0, 1.0);
+        let radius = outer * (INNER + (1.0 - INNER) * share);
         let (sin, cos) = libm::sincos(angle_deg.to_radians());
         (middle.0 + radius * cos, middle.1 - radius * sin)
     };

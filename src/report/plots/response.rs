@@ -56,7 +56,9 @@ pub(in super::super) fn sheet(measured: &Response) -> Sheet {
         let name = axis.axis.to_uppercase();
         if let Some(hz) = axis.bandwidth_hz {
             let at = magnitude.at(hz, HALF_POWER_DB);
-            sheet.ring(at, 5.0, 1.5, *colour);
+            if magnitude.holds(at) {
+                sheet.ring(at, 5.0, 1.5, *colour);
+            }
             magnitude.point_label(&mut sheet, at, &format!("{name}: −3 dB at {} Hz", figure(hz, 4)), *colour);
         }
         if axis.peak_db > 0.05 {

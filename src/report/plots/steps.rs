@@ -74,7 +74,7 @@ fn steps(sheet: &mut Sheet, measured: &Steps, space: Frame) {
         panel.grid(sheet);
         panel.level(sheet, measured.step_um, COMMAND);
         panel.curve(sheet, shown(axis), Pen::solid(colour, CURVE_PX));
-        if let Some(settling_s) = axis.step.settling_s {
+        if let Some(settling_s) = axis.step.settling_s.filter(|settling_s| *settling_s <= end) {
             let at = panel.at(1e3 * settling_s, near(&axis.step_samples, settling_s).actual_um);
             sheet.ring(at, 4.0, 1.5, colour);
             let text = format!("settled in {} ms", figure(1e3 * settling_s, 3));
@@ -126,6 +126,7 @@ fn ramps(sheet: &mut Sheet, measured: &Steps, space: Frame) {
         panel.level(sheet, 0.0, COMMAND);
         panel.curve(sheet, axis.ramp_samples.iter().map(|s| (s.time_s, error(s))), Pen::solid(colour, CURVE_PX));
         let at = panel.at(0.45, axis.ramp.following_error_um);
+        // Labels that would not fit are left out.
         panel.point_label(sheet, at, &format!("{} µm", figure(axis.ramp.following_error_um, 4)), colour);
         panel.border(sheet, i == last, true);
         panel.y_title(sheet, gutter, &format!("{} following error", axis.axis.to_uppercase()), "µm");
