@@ -11,6 +11,7 @@ use servosim::measure::{
 };
 use servosim::scenario::Scenario;
 use servosim::servo::effects::{Backlash, Coulomb, Delay, Friction, Mismatch};
+use servosim::servo::remedies::Remedies;
 use servosim::servo::{Axis, Demand, Derivative, RealAxis};
 use servosim::simulation::Period;
 
@@ -127,7 +128,7 @@ fn validates_friction_spikes_by_another_way() {
             effects.friction = None;
         }
         let mut axis =
-            RealAxis::pdff(&scenario.axes[0], &effects, &Default::default(), &scenario.settings, radius_mm).unwrap();
+            RealAxis::pdff(&scenario.axes[0], &effects, &Remedies::default(), &scenario.settings, radius_mm).unwrap();
         let at = |k: u32| radius_mm * (f64::from(k) * 1e-3 * feed_mm_s / radius_mm).cos();
         (0..16_000).map(|k| axis.step(&Demand { position_mm: at(k), ..Demand::default() }).actual_mm).collect()
     };

@@ -32,7 +32,7 @@ pub(crate) struct LearnArgs {
     /// Cutoff of the low pass [default: a quarter of the bandwidth of the slower axis, at most a tenth of the Nyquist frequency]
     #[arg(long, value_name = "HZ", allow_hyphen_values = true)]
     cutoff_hz: Option<f64>,
-    /// Replace one value of the scenario, such as feedrate.feed_mm_s=50 (may be given again)
+    /// Replace one value of the scenario, such as axes.x.pdff.kpp=120 (may be given again)
     #[arg(long = "set", value_name = "KEY=VALUE")]
     set: Vec<String>,
     #[command(flatten)]

@@ -43,7 +43,7 @@ enum Kind {
 struct Common {
     /// Scenario file, or name of a built-in scenario
     scenario: String,
-    /// Replace one value of the scenario, such as axes.x.effects.backlash.gap_um=5 (may be given again)
+    /// Replace one value of the scenario, such as axes.x.pdff.kpp=120 (may be given again)
     #[arg(long = "set", value_name = "KEY=VALUE")]
     set: Vec<String>,
     #[command(flatten)]

@@ -38,7 +38,9 @@ impl Transform {
     pub(super) fn back(&self, mut spectrum: Vec<Complex<f64>>) -> Vec<f64> {
         spectrum.resize(self.length(), Complex::new(0.0, 0.0));
         // The forward transform of the conjugate is the conjugate of the inverse, but for the factor.
-        spectrum.iter_mut().for_each(|x| *x = x.conj());
+        for x in &mut spectrum {
+            *x = x.conj();
+        }
         self.transform(&mut spectrum);
         let scale = 1.0 / self.length() as f64;
         spectrum.into_iter().map(|x| x.re * scale).collect()

@@ -10,6 +10,7 @@ pub(super) struct Point {
 }
 
 /// Two concentric circles around a centre.
+#[allow(clippy::struct_field_names)] // a unit
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Zone {
     /// The centre, from the nominal one \[mm\].
