@@ -351,6 +351,31 @@ fn corrections_of_zero_change_no_bit_and_others_shift_the_command() {
 }
 
 #[test]
+fn validates_that_corrections_come_at_their_sample() {
+    // Axis by axis, one loop at a time, given what the run says it gives: at its own sample, or as far ahead as it looks.
+    for zero_phase in [false, true] {
+        let mut scenario = alpha();
+        scenario.drives.iter_mut().for_each(|drive| drive.zero_phase = zero_phase);
+        let plain: Vec<Period<2>> = scenario.simulation().unwrap().collect();
+        let shift = |k: usize| if k < 20 { 0.0 } else { 0.001 * (0.05 * k as f64).sin() };
+        let shifts: Arc<[Vector2<f64>]> = (0..plain.len()).map(|k| Vector2::new(shift(k), -2.0 * shift(k))).collect();
+        let corrected: Vec<Period<2>> = scenario.simulation().unwrap().with_corrections(shifts).unwrap().collect();
+        for axis in 0..2 {
+            let start_mm = plain[0].setpoint.position_mm[axis];
+            let (mut real, ahead) =
+                scenario.drives[axis].axis(&scenario.axes[axis], &scenario.settings, start_mm).unwrap();
+            assert_eq!(ahead > 0, zero_phase);
+            for k in 0..plain.len() - ahead {
+                let seen = plain[k + ahead].setpoint.position_mm[axis];
+                let position_mm = seen + shift(k + ahead) * [1.0, -2.0][axis];
+                let actual_mm = real.step(&Demand { position_mm, ..Demand::default() }).actual_mm;
+                near(corrected[k].actual_mm[axis], actual_mm, 1e-11);
+            }
+        }
+    }
+}
+
+#[test]
 fn requests_out_of_range_are_refused_and_no_number_panics() {
     let scenario = alpha();
     let wrong = [f64::NAN, f64::INFINITY, -1.0, 0.0, 1e300, 1e-300];
