@@ -27,6 +27,8 @@
 //! | [`nc`] | NC programs as a stream of blocks: read in every dialect, written in one |
 //! | [`sweep`] | one scenario at many points: grids, samples, shards, tables |
 //! | [`tuning`] | gains that make the contouring error small and keep stability margin, and whether to trust them |
+//! | [`measure`] | what is measured on machines: circular test, frequency response by stepped sines, step and following error |
+//! | [`learning`] | iterative learning: a correction of the commands over repeated runs |
 //! | [`comparison`] | one scenario in many variants: effects one by one, controllers, sets of gains |
 //! | [`scenario`] | the files as written (scenarios, parts) to checked values, with diagnostics |
 //! | [`toolpath`] | from a surface to tool paths: cutters and where they rest, step-over, rings, B-splines with few control points, links |
@@ -43,8 +45,10 @@ mod diagnostics;
 pub mod feedrate;
 pub mod interpolator;
 pub mod lane;
+pub mod learning;
 pub mod limits;
 pub mod machining;
+pub mod measure;
 pub mod nc;
 pub mod optimize;
 pub mod path;

@@ -5,6 +5,8 @@ mod check;
 mod compare;
 mod inspect;
 mod junit;
+mod learn;
+mod measure;
 mod merge;
 mod new;
 mod output;
@@ -29,7 +31,9 @@ use std::path::PathBuf;
 use std::process::ExitCode;
 
 use clap::{Parser, Subcommand};
+use servosim::learning::LearnError;
 use servosim::machining::{InspectionError, ProgramError};
+use servosim::measure::MeasureError;
 use servosim::nc::{NcError, WriteError};
 use servosim::recording::{ReadError, RecordingError};
 use servosim::report::ReportError;
@@ -50,6 +54,8 @@ Examples:
   servosim toolpath patch.toml                         a part's tool path and NC program
   servosim run output/patch.nc                         the part that this machine would cut
   servosim compare alpha-real                          what each effect of the drives costs
+  servosim measure circle alpha-real                   a circular test: how round, spikes, polar plot
+  servosim learn alpha                                 learn a correction over repeated runs
   servosim plot alpha heart                            lay two runs over each other
   servosim inspect output/alpha.mcap --csv             every sample as CSV
   servosim analyze alpha.toml                          stability margins, Bode and Nyquist plots
@@ -74,6 +80,10 @@ enum Command {
     Tune(tune::TuneArgs),
     /// Run a scenario in variants side by side: effects one by one, controllers, sets of gains
     Compare(compare::CompareArgs),
+    /// Measure the drives as on a machine: circular test, frequency response, step
+    Measure(measure::MeasureArgs),
+    /// Learn a correction of the commands over repeated runs
+    Learn(learn::LearnArgs),
     /// Run a scenario at many points: a grid, or sampled
     Sweep(sweep::SweepArgs),
     /// Join the shards of a sweep
@@ -187,6 +197,12 @@ pub(crate) enum CliError {
     /// A sweep could not be set up, computed or written.
     #[error(transparent)]
     Sweep(SweepError),
+    /// Nothing could be measured.
+    #[error(transparent)]
+    Measure(#[from] MeasureError),
+    /// Nothing could be learned.
+    #[error(transparent)]
+    Learn(#[from] LearnError),
     /// No gains keep the constraints of a tuning.
     #[error("{0}")]
     NothingAllowed(String),
@@ -269,6 +285,8 @@ impl CliError {
             | Self::Program { source: ProgramError::Read(NcError::Syntax(_)) | ProgramError::Motion { .. }, .. }
             | Self::Invalid { .. }
             | Self::Usage(_)
+            | Self::Measure(MeasureError::Request { .. } | MeasureError::TooLong { .. })
+            | Self::Learn(LearnError::Request { .. } | LearnError::TooLong { .. })
             | Self::Sweep(
                 SweepError::Request { .. }
                 | SweepError::TooMany { .. }
@@ -308,6 +326,8 @@ pub(crate) fn main() -> ExitCode {
         Command::Run(args) => run::run(args),
         Command::Tune(args) => tune::run(args),
         Command::Compare(args) => compare::run(args),
+        Command::Measure(args) => measure::run(args),
+        Command::Learn(args) => learn::run(args),
         Command::Sweep(args) => sweep::run(args),
         Command::Merge(args) => merge::run(args),
         Command::Plot(args) => plot::run(args),

@@ -17,6 +17,8 @@
 //! [`write_convergence`] plots how a tuning converged. [`DeviationPicture`], [`PathPicture`] and [`StepoverPicture`] show tool paths
 //! and the part that they leave.
 //!
+//! [`write_circle`], [`write_response`], [`write_steps`] draw what was [`measure`](crate::measure)d, [`write_learning`] what was learned.
+//!
 //! The same runs give the same bytes. Text is laid out with the bundled font (`DejaVu` Sans); an SVG names it first and falls back
 //! to what the viewer has.
 
@@ -31,6 +33,9 @@ mod loops;
 mod machining;
 #[cfg(test)]
 mod machining_layout_tests;
+mod measurements;
+#[cfg(test)]
+mod measurements_layout_tests;
 mod panel;
 mod pixels;
 mod plots;
@@ -48,6 +53,7 @@ pub use loops::write_loops;
 pub use machining::{
     DeviationPanel, DeviationPicture, MoveKind, PathMove, PathPicture, StepoverPicture, StepoverRow, stepover_row,
 };
+pub use measurements::{write_circle, write_learning, write_response, write_steps};
 pub use sweep::{SweepAxis, SweepCell, SweepPicture, SweepPlot};
 
 /// Which plot.

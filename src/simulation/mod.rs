@@ -6,6 +6,7 @@
 
 mod axes;
 mod batch;
+mod corrections;
 mod course;
 mod drive;
 mod monitor;
@@ -13,6 +14,7 @@ mod plan;
 
 use std::collections::VecDeque;
 use std::error::Error;
+use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
 
 use nalgebra::SVector;
@@ -25,6 +27,8 @@ use crate::path::Path;
 use crate::servo::remedies::CrossCouplingGains;
 use crate::servo::{AxisParameters, AxisSignals, DriveSignals, LoopSettings, RealDrive, ServoError};
 pub(crate) use axes::Axes;
+use corrections::Corrections;
+pub(crate) use corrections::shift;
 pub use course::{Course, MAX_COURSE_PERIODS, RunFigures};
 pub(crate) use drive::{Periods, drive};
 pub use plan::{Desired, RunPlan, RunTotals};
@@ -185,6 +189,7 @@ pub struct Simulation<'a, const A: usize> {
     axes: Axes<A>,
     /// The setpoints from the next one on, where the axes look ahead.
     coming: Option<VecDeque<Setpoint<A>>>,
+    corrections: Option<Corrections<A>>,
     contour: ContourMeter<'a, A>,
     next: u64,
     last: u64,
@@ -238,7 +243,19 @@ impl<'a, const A: usize> Simulation<'a, A> {
         let coming = Some(axes.look_ahead()).filter(|&ahead| ahead > 0).map(|ahead| VecDeque::with_capacity(ahead + 1));
         let contour = ContourMeter::new(path);
         let motion = motion.clone();
-        Ok(Self { path, motion, parameters, settings, interpolator, axes, coming, contour, next: 0, last })
+        Ok(Self {
+            path,
+            motion,
+            parameters,
+            settings,
+            interpolator,
+            axes,
+            coming,
+            corrections: None,
+            contour,
+            next: 0,
+            last,
+        })
     }
 
     /// The setpoint of sample `k`, the next one.
@@ -250,6 +267,36 @@ impl<'a, const A: usize> Simulation<'a, A> {
             coming.push_back(self.interpolator.setpoint(k + coming.len() as u64));
         }
         coming[0]
+    }
+
+    /// The run with `shifts_mm` added to the position commands, one a sample \[mm\]; the last one stays. The derivatives of the
+    /// commands are shifted alike. Setpoints, tracking and contouring errors stay those of the path. A run without corrections is the
+    /// same to the bit.
+    ///
+    /// For what [`learning`](crate::learning) has learned.
+    ///
+    /// # Errors
+    /// A shift that is not a finite number.
+    pub fn with_corrections(mut self, shifts_mm: Arc<[SVector<f64, A>]>) -> Result<Self, SimulationError> {
+        if let Some(wrong) = shifts_mm.iter().flat_map(|shift| shift.iter()).find(|mm| !(mm.abs() <= 1e6)) {
+            let needed = "a finite number of millimetres, at most 1e6";
+            return Err(ServoError { name: "correction of a command", value: *wrong, needed }.into());
+        }
+        self.corrections = Some(Corrections::new(shifts_mm, self.settings.period_s));
+        Ok(self)
+    }
+
+    /// What the axes do at sample `k`.
+    #[inline]
+    fn step(&mut self, setpoint: &Setpoint<A>, k: u64) -> [AxisSignals; A] {
+        let Some(corrections) = &mut self.corrections else { return self.axes.step(setpoint, self.coming.as_ref()) };
+        let corrected = corrections.of(setpoint, k);
+        let coming = self.coming.as_ref().map(|coming| corrections.all(coming, k));
+        let mut signals = self.axes.step(&corrected, coming);
+        for (signals, command_mm) in signals.iter_mut().zip(setpoint.position_mm.iter()) {
+            signals.command_mm = *command_mm;
+        }
+        signals
     }
 
     /// What the drives told at the last period: none where they are what their model says.
@@ -300,7 +347,7 @@ impl<const A: usize> Iterator for Simulation<'_, A> {
         let k = self.next;
         self.next += 1;
         let setpoint = self.setpoint(k);
-        let axes = self.axes.step(&setpoint, self.coming.as_ref());
+        let axes = self.step(&setpoint, k);
         let actual_mm = SVector::from_fn(|axis, _| axes[axis].actual_mm);
         let error = self.contour.measure(&actual_mm, &setpoint.position_mm, setpoint.s_mm);
         self.axes.tell_error(|| error.nearest_mm - actual_mm);

@@ -1,12 +1,16 @@
 //! What each plot shows.
 
+pub(super) mod circle;
 pub(super) mod deviation;
 mod feedrate;
+pub(super) mod learning;
 mod path;
 pub(super) mod path_3d;
+pub(super) mod response;
 pub(super) mod rings;
 mod search;
 pub(super) mod stepover;
+pub(super) mod steps;
 pub(super) mod sweep;
 mod time;
 mod tune;

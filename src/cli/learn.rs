@@ -1,0 +1,106 @@
+//! `servosim learn`: iterative learning over repeated runs.
+
+use std::fmt::Write as _;
+
+use clap::Args;
+use servosim::learning::{LearnRequest, Learned, learn};
+use servosim::report;
+use servosim::scenario::Document;
+
+use super::output::{OutputArgs, figure, make_folder, note, printable};
+use super::{CliError, Outcome, plot};
+
+/// Arguments of `servosim learn`.
+#[derive(Debug, Args)]
+#[command(after_help = "\
+Examples:
+  servosim learn alpha --runs 10
+  servosim learn alpha-real --runs 20 --gain 0.5 --cutoff-hz 40
+
+Each run is corrected by what the one before has taught: the error, through the inverse of the axis' linear model and a low pass without
+phase. What was learned goes to NAME-learned.csv: for every sample, what to add to the position commands.
+Exits with 3 if learning diverges; the correction of the best run is written all the same.")]
+pub(crate) struct LearnArgs {
+    /// Scenario file, or name of a built-in scenario
+    scenario: String,
+    /// Runs in all, the first without a correction
+    #[arg(long, value_name = "N", default_value_t = 10)]
+    runs: u32,
+    /// Learning gain, below 2: with the exact model each run leaves |1 - gain| of the error
+    #[arg(long, value_name = "GAIN", default_value_t = 0.8, allow_hyphen_values = true)]
+    gain: f64,
+    /// Cutoff of the low pass [default: a quarter of the bandwidth of the slower axis, at most a tenth of the Nyquist frequency]
+    #[arg(long, value_name = "HZ", allow_hyphen_values = true)]
+    cutoff_hz: Option<f64>,
+    /// Replace one value of the scenario, such as axes.x.pdff.kpp=120 (may be given again)
+    #[arg(long = "set", value_name = "KEY=VALUE")]
+    set: Vec<String>,
+    #[command(flatten)]
+    out: OutputArgs,
+}
+
+/// Learns.
+pub(crate) fn run(args: &LearnArgs) -> Result<Outcome, CliError> {
+    let mut document = Document::find(&args.scenario)?;
+    for key_value in &args.set {
+        document.set(key_value)?;
+    }
+    let scenario = document.scenario()?;
+    let request = LearnRequest { runs: args.runs, gain: args.gain, cutoff_hz: args.cutoff_hz };
+    let learned = learn(&scenario, &request)?;
+    args.out.print.show(&learned, || table(&learned))?;
+    if args.out.print.has_no_table()
+        && let Some(diverged) = &learned.diverged
+    {
+        note(diverged);
+    }
+    make_folder(&args.out.folder)?;
+    let file = args.out.folder.join(format!("{}-learned.csv", scenario.name));
+    report::write_file(&file, csv(&learned).as_bytes())?;
+    let mut written = vec![file];
+    if let Some(format) = args.out.plots.format() {
+        written.extend(report::write_learning(&learned, &args.out.folder, &scenario.name, format)?);
+    }
+    args.out.print.note(&plot::wrote(&written));
+    Ok(if learned.diverged.is_some() { Outcome::Broken } else { Outcome::Fine })
+}
+
+/// The table for people.
+fn table(learned: &Learned) -> String {
+    let mut out = format!(
+        "{}: iterative learning, gain {}, low pass at {} Hz\n\n",
+        printable(&learned.scenario),
+        figure(learned.gain, 3),
+        figure(learned.cutoff_hz, 4)
+    );
+    // Writing to a string does not fail.
+    let _ = writeln!(out, "  run   tracking rms       max   contouring rms       max   voltage");
+    for run in &learned.runs {
+        let best = if run.run == learned.best_run { "  best" } else { "" };
+        let _ = writeln!(
+            out,
+            "  {:>3} {:>14} {:>9} {:>16} {:>9} {:>9}{best}",
+            run.run,
+            figure(run.rms_tracking_error_um, 4),
+            figure(run.max_tracking_error_um, 4),
+            figure(run.rms_contour_error_um, 4),
+            figure(run.max_contour_error_um, 4),
+            figure(run.peak_voltage_v, 4)
+        );
+    }
+    let _ = writeln!(out, "                 µm        µm               µm        µm         V");
+    for line in learned.diverged.iter().chain(&learned.warnings) {
+        let _ = writeln!(out, "\n  {}", printable(line));
+    }
+    out
+}
+
+/// The correction, sample by sample.
+fn csv(learned: &Learned) -> String {
+    let mut out = String::from("sample,time_s,x_um,y_um\n");
+    for (k, shift) in learned.corrections_mm.iter().enumerate() {
+        let time_s = k as f64 * learned.period_s;
+        let _ = writeln!(out, "{k},{time_s:.9},{:.6},{:.6}", 1e3 * shift.x, 1e3 * shift.y);
+    }
+    out
+}

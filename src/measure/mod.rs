@@ -1,0 +1,109 @@
+//! What is measured on a machine, measured on a scenario: through the very loop of its runs.
+//!
+//! | | |
+//! |---|---|
+//! | [`circle`] | circular test after ISO 230-4: how round a circle becomes, spikes where an axis turns back |
+//! | [`response`] | frequency response from command to table, by stepped sines in the time domain |
+//! | [`step`] | step of the command, and a ramp at feed: rise, overshoot, settling to a window, following error |
+//!
+//! A measurement takes the drives as the scenario has them, with all their effects and remedies, but nothing is cut meanwhile: the cutting
+//! force is left out. [`analysis`](crate::analysis) says what the linear model would give.
+//!
+//! ```
+//! use servosim::{measure, scenario::Scenario};
+//!
+//! let alpha = Scenario::builtin("alpha")?;
+//! let test = measure::circle(&alpha, &measure::CircleRequest { radius_mm: 10.0, ..measure::CircleRequest::of(&alpha) })?;
+//! // Both loops pull the circle out by as much as their gain at its frequency is above one.
+//! assert!(test.directions[0].radius_um > 0.0);
+//! # Ok::<(), Box<dyn std::error::Error>>(())
+//! ```
+
+mod bench;
+mod circle;
+mod response;
+mod roundness;
+mod step;
+mod turns;
+
+pub use circle::{CircleRequest, CircleTest, Direction, Radial, Spike, circle};
+pub use response::{AxisResponse, Response, ResponsePoint, ResponseRequest, response};
+pub use step::{AxisSteps, RampFigures, Sampled, StepFigures, StepRequest, Steps, step};
+
+use crate::feedrate::FeedrateError;
+use crate::path::PathError;
+use crate::scenario::Scenario;
+use crate::servo::ServoError;
+use crate::simulation::SimulationError;
+
+/// Why nothing could be measured.
+#[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
+pub enum MeasureError {
+    /// What is asked for cannot be.
+    #[error("{name} = {value} is out of range: it must be {needed}")]
+    Request {
+        /// The value asked for, with its unit.
+        name: &'static str,
+        /// Its value.
+        value: f64,
+        /// What it has to be.
+        needed: String,
+    },
+    /// The measurement would take too long.
+    #[error("the {what} would take {samples:.0} control periods, at most {most} are kept: {help}")]
+    TooLong {
+        /// Which measurement.
+        what: &'static str,
+        /// How many it would take.
+        samples: f64,
+        /// How many may be.
+        most: u64,
+        /// What to do.
+        help: &'static str,
+    },
+    /// The loop does not stay where it is put.
+    #[error(
+        "axis {axis} cannot be measured: its loop diverged at t = {time_s} s; `servosim analyze` tells what is wrong with it"
+    )]
+    Diverged {
+        /// Which axis, in capitals.
+        axis: String,
+        /// When.
+        time_s: f64,
+    },
+    /// The circle cannot be made.
+    #[error(transparent)]
+    Path(#[from] PathError),
+    /// The motion cannot be planned.
+    #[error(transparent)]
+    Feedrate(#[from] FeedrateError),
+    /// A parameter of the drives is out of its range.
+    #[error(transparent)]
+    Servo(#[from] ServoError),
+    /// The run failed.
+    #[error(transparent)]
+    Simulation(#[from] SimulationError),
+}
+
+/// `value` if it is in the range, an error otherwise.
+fn within(name: &'static str, value: f64, low: f64, high: f64) -> Result<f64, MeasureError> {
+    if (low..=high).contains(&value) {
+        return Ok(value);
+    }
+    Err(MeasureError::Request { name, value, needed: format!("a number from {low} to {high}") })
+}
+
+/// The scenario without what happens in a cut only.
+fn idle(scenario: &Scenario) -> Scenario {
+    let mut idle = scenario.clone();
+    for drive in &mut idle.drives {
+        drive.effects.force = None;
+    }
+    idle
+}
+
+/// From mm to µm.
+fn um(mm: f64) -> f64 {
+    1e3 * mm
+}

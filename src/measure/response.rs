@@ -1,0 +1,373 @@
+//! Frequency response by stepped sines.
+
+use std::f64::consts::TAU;
+
+use nalgebra::Complex;
+use rayon::prelude::*;
+use serde::Serialize;
+
+use super::bench::{Bench, Sample};
+use super::{MeasureError, idle, um, within};
+use crate::analysis::{Feedforward, SampledLoop};
+use crate::limits::AXIS_NAMES;
+use crate::scenario::Scenario;
+use crate::servo::{ControllerGains, Demand};
+
+/// What frequencies are measured.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct ResponseRequest {
+    /// Lowest frequency \[Hz\]; by default 1 Hz, or a hundredth of the highest one where that is more than a hundred.
+    pub low_hz: Option<f64>,
+    /// Highest frequency \[Hz\]; by default half the Nyquist frequency, at most 0.95 of it.
+    pub high_hz: Option<f64>,
+    /// How many, evenly spaced in their logarithm, 2 to 1000; by default 60.
+    pub points: Option<u32>,
+    /// Amplitude of the command \[µm\]. By default what takes half the voltage limit at that frequency, at most the scenario's feed and 1 mm.
+    pub amplitude_um: Option<f64>,
+}
+
+/// The response at one frequency.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+pub struct ResponsePoint {
+    /// Frequency.
+    pub frequency_hz: f64,
+    /// `|x_act/x_com|`.
+    pub magnitude_db: f64,
+    /// Its phase, continuous over frequency.
+    pub phase_deg: f64,
+    /// The same of the linear model, where there is one.
+    pub model_db: Option<f64>,
+    /// See `model_db`.
+    pub model_deg: Option<f64>,
+    /// Amplitude of the command.
+    pub amplitude_um: f64,
+    /// Whether the voltage was clamped.
+    pub saturated: bool,
+}
+
+impl ResponsePoint {
+    /// Whether the table moves at all: a motion lost in play or friction has no phase.
+    pub fn moves(&self) -> bool {
+        self.magnitude_db > STILL_DB
+    }
+}
+
+/// The response of one axis.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct AxisResponse {
+    /// Name of the axis.
+    pub axis: String,
+    /// The lowest frequency from which on the magnitude is below -3 dB (`1/√2`), if it is reached.
+    pub bandwidth_hz: Option<f64>,
+    /// The same of the model, at the frequencies measured.
+    pub model_bandwidth_hz: Option<f64>,
+    /// Largest magnitude.
+    pub peak_db: f64,
+    /// Where.
+    pub peak_hz: f64,
+    /// Largest distance from the model's magnitude, where the table moves.
+    pub model_deviation_db: Option<f64>,
+    /// Largest distance from the model's phase.
+    pub model_deviation_deg: Option<f64>,
+    /// In words, for a person.
+    pub warnings: Vec<String>,
+    /// By rising frequency.
+    pub points: Vec<ResponsePoint>,
+}
+
+/// The responses of all axes.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Response {
+    /// Name of the scenario.
+    pub scenario: String,
+    /// Control period.
+    pub period_s: f64,
+    /// One an axis.
+    pub axes: Vec<AxisResponse>,
+}
+
+/// Largest amplitude that is chosen \[mm\].
+const LARGEST_MM: f64 = 1.0;
+/// Share of the voltage limit that the amplitude is chosen for, and that it may come to.
+const WANTED_SHARE: f64 = 0.4;
+const MOST_SHARE: f64 = 0.5;
+/// Samples that the loop gets to settle, at least \[s\].
+const SETTLING_S: f64 = 0.4;
+/// A block of whole periods has at least so many samples.
+const BLOCK: f64 = 400.0;
+/// Two blocks that agree to this are the answer.
+const AGREEMENT: f64 = 1e-6;
+/// Else it is the mean of all of so many but the first.
+const MOST_BLOCKS: usize = 6;
+/// Amplitudes that are tried.
+const MOST_TRIALS: usize = 8;
+/// Most samples of one block.
+const MOST_BLOCK: f64 = 2e6;
+
+/// The response from position command to table, measured sine by sine through the loop: at rest, settle, then whole periods over a whole
+/// number of samples `N`, whose discrete Fourier transforms divide without leakage,
+///
+/// ```text
+/// H(jω) = Σ x_act[k] exp(-2πi m k/N) / Σ x_com[k] exp(-2πi m k/N)      ω = 2π m/(N Δt), m and N without common divisor
+/// ```
+///
+/// until two blocks agree to 1e-6, or as the mean of five where noise, counts or friction keep them apart. The feedforward takes part; the
+/// cross-coupling and the cutting force do not. The model is that of [`SampledLoop::command_response`].
+///
+/// Source: L. Ljung, "System Identification", 2nd edition, section 6.2 (frequency analysis by the correlation method); R. Pintelon,
+/// J. Schoukens, "System Identification: A Frequency Domain Approach", 2nd edition, section 2.2.
+///
+/// # Errors
+/// A request out of its range, a loop that diverges.
+pub fn response(scenario: &Scenario, request: &ResponseRequest) -> Result<Response, MeasureError> {
+    let idle = idle(scenario);
+    let period_s = scenario.settings.period_s;
+    scenario.settings.check()?;
+    let nyquist = 0.5 / period_s;
+    let high = within("high_hz", request.high_hz.unwrap_or(0.5 * nyquist), 1e-6 * nyquist, 0.95 * nyquist)?;
+    let low = within("low_hz", request.low_hz.unwrap_or((0.01 * high).min(1.0)), 1e-7 * nyquist, 0.999 * high)?;
+    let points = request.points.unwrap_or(60);
+    within("points", f64::from(points), 2.0, 1000.0)?;
+    if let Some(amplitude) = request.amplitude_um {
+        within("amplitude_um", amplitude, 1e-6, 1e6)?;
+    }
+    let last = f64::from(points - 1);
+    let tones: Vec<Tone> =
+        (0..points).map(|k| Tone::near(low * libm::pow(high / low, f64::from(k) / last), period_s, nyquist)).collect();
+    // One an axis and frequency: on all cores, and the same on any number of them.
+    let axes = 0..idle.axes.len();
+    let jobs: Vec<(usize, Tone)> = axes.clone().flat_map(|axis| tones.iter().map(move |tone| (axis, *tone))).collect();
+    let measured: Vec<Measured> = jobs
+        .par_iter()
+        .map(|&(axis, tone)| measure(&idle, axis, tone, request.amplitude_um))
+        .collect::<Result<_, MeasureError>>()?;
+    let axes = axes.zip(measured.chunks(tones.len().max(1))).map(|(axis, found)| figures(&idle, axis, &tones, found));
+    Ok(Response { scenario: scenario.name.clone(), period_s, axes: axes.collect() })
+}
+
+/// `m` periods in `n` samples.
+#[derive(Debug, Clone, Copy, PartialEq)]
+struct Tone {
+    m: u64,
+    n: u64,
+    hz: f64,
+}
+
+impl Tone {
+    /// The tone next to a frequency that fits its block.
+    #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss)] // bounded from both sides
+    fn near(hz: f64, period_s: f64, nyquist_hz: f64) -> Self {
+        let periods = (BLOCK * period_s * hz).ceil().clamp(1.0, BLOCK);
+        let samples = (periods / (period_s * hz)).round().clamp(3.0, MOST_BLOCK);
+        let (m, mut n) = (periods as u64, samples as u64);
+        // One that every sample meets in another phase, and that stays below the Nyquist frequency.
+        while divisor(m, n) > 1 || (m as f64) / (n as f64 * period_s) > 0.96 * nyquist_hz {
+            n += 1;
+        }
+        Self { m, n, hz: m as f64 / (n as f64 * period_s) }
+    }
+
+    /// `exp(2πi m k/n)`.
+    fn turn(&self, k: u64) -> Complex<f64> {
+        let share = (self.m * (k % self.n)) % self.n;
+        let (sin, cos) = libm::sincos(TAU * share as f64 / self.n as f64);
+        Complex::new(cos, sin)
+    }
+}
+
+fn divisor(a: u64, b: u64) -> u64 {
+    if b == 0 { a } else { divisor(b, a % b) }
+}
+
+/// What came of one tone.
+#[derive(Debug, Clone, Copy)]
+struct Measured {
+    response: Complex<f64>,
+    amplitude_mm: f64,
+    saturated: bool,
+}
+
+fn measure(scenario: &Scenario, axis: usize, tone: Tone, wanted_um: Option<f64>) -> Result<Measured, MeasureError> {
+    let omega = TAU * tone.hz;
+    let limit_v = scenario.axes[axis].drive.voltage_limit_v;
+    if let Some(wanted) = wanted_um {
+        return Sine::new(scenario, axis, tone, 1e-3 * wanted)?.measure();
+    }
+    let mut amplitude_mm = LARGEST_MM.min(scenario.feed_mm_s / omega);
+    let mut sine = Sine::new(scenario, axis, tone, amplitude_mm)?;
+    for _ in 0..MOST_TRIALS {
+        if !sine.saturated && sine.peak_v <= MOST_SHARE * limit_v {
+            break;
+        }
+        // Of a clamped voltage nobody knows how large it would have been.
+        amplitude_mm *= if sine.saturated { 0.1 } else { WANTED_SHARE * limit_v / sine.peak_v };
+        sine = Sine::new(scenario, axis, tone, amplitude_mm)?;
+    }
+    sine.measure()
+}
+
+/// A sine through an axis that has settled.
+struct Sine {
+    bench: Bench,
+    tone: Tone,
+    amplitude_mm: f64,
+    peak_v: f64,
+    saturated: bool,
+    k: u64,
+}
+
+impl Sine {
+    #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss)] // bounded
+    fn new(scenario: &Scenario, axis: usize, tone: Tone, amplitude_mm: f64) -> Result<Self, MeasureError> {
+        let bench = Bench::new(scenario, axis)?;
+        let mut sine = Self { bench, tone, amplitude_mm, peak_v: 0.0, saturated: false, k: 0 };
+        let settling = (SETTLING_S / scenario.settings.period_s).clamp(400.0, 20_000.0) as u64;
+        for _ in 0..settling {
+            sine.step()?;
+        }
+        Ok(sine)
+    }
+
+    fn step(&mut self) -> Result<Sample, MeasureError> {
+        let Self { tone, amplitude_mm, .. } = *self;
+        let omega = TAU * tone.hz;
+        let sample = self.bench.step(&|k| {
+            let turn = tone.turn(k);
+            Demand {
+                position_mm: amplitude_mm * turn.im,
+                velocity_mm_s: amplitude_mm * omega * turn.re,
+                acceleration_mm_s2: -amplitude_mm * omega * omega * turn.im,
+                jerk_mm_s3: -amplitude_mm * omega * omega * omega * turn.re,
+                torque_nm: 0.0,
+            }
+        })?;
+        self.peak_v = self.peak_v.max(sample.voltage_v.abs());
+        self.saturated |= sample.saturated;
+        self.k += 1;
+        Ok(sample)
+    }
+
+    fn measure(mut self) -> Result<Measured, MeasureError> {
+        let mut blocks: Vec<Complex<f64>> = Vec::with_capacity(MOST_BLOCKS);
+        while blocks.len() < MOST_BLOCKS {
+            let (mut command, mut actual) = (Complex::new(0.0, 0.0), Complex::new(0.0, 0.0));
+            for _ in 0..self.tone.n {
+                let back = self.tone.turn(self.k).conj();
+                let sample = self.step()?;
+                command += back * sample.command_mm;
+                actual += back * sample.actual_mm;
+            }
+            let found = actual / command;
+            let agree = blocks.last().is_some_and(|before| (found - before).norm() <= AGREEMENT * found.norm());
+            blocks.push(found);
+            if agree {
+                break;
+            }
+        }
+        let kept = if blocks.len() < MOST_BLOCKS { 1 } else { MOST_BLOCKS - 1 };
+        let sum: Complex<f64> = blocks.iter().rev().take(kept).sum();
+        let Self { amplitude_mm, saturated, .. } = self;
+        Ok(Measured { response: sum / kept as f64, amplitude_mm, saturated })
+    }
+}
+
+/// A table that moves by less than this share of its command does not move, but for rounding and noise.
+const STILL_DB: f64 = -100.0;
+
+/// Finite even where nothing moves at all.
+fn decibel(value: Complex<f64>) -> f64 {
+    20.0 * libm::log10(libm::hypot(value.re, value.im).max(1e-10))
+}
+
+/// The angle \[deg\] next to the one before.
+fn continued(value: Complex<f64>, before: f64) -> f64 {
+    let principal = libm::atan2(value.im, value.re).to_degrees();
+    principal + 360.0 * ((before - principal) / 360.0).round()
+}
+
+fn figures(scenario: &Scenario, axis: usize, tones: &[Tone], measured: &[Measured]) -> AxisResponse {
+    let (parameters, drive) = (&scenario.axes[axis], &scenario.drives[axis]);
+    // Of other controllers there is no closed form here.
+    let known = drive.controller == ControllerGains::Pdff && !drive.zero_phase;
+    let model = known.then(|| SampledLoop::new(parameters, &scenario.settings));
+    let (mut phase, mut model_phase) = (0.0, 0.0);
+    let mut points = Vec::with_capacity(tones.len());
+    for (tone, found) in tones.iter().zip(measured) {
+        phase = continued(found.response, phase);
+        let known = model.as_ref().map(|model| model.command_response(TAU * tone.hz, Feedforward::With));
+        if let Some(known) = known {
+            model_phase = continued(known, model_phase);
+        }
+        points.push(ResponsePoint {
+            frequency_hz: tone.hz,
+            magnitude_db: decibel(found.response),
+            phase_deg: phase,
+            model_db: known.map(decibel),
+            model_deg: known.map(|_| model_phase),
+            amplitude_um: um(found.amplitude_mm),
+            saturated: found.saturated,
+        });
+    }
+    let peak = points.iter().copied().reduce(|a, b| if b.magnitude_db > a.magnitude_db { b } else { a });
+    let largest = |distance: &dyn Fn(&ResponsePoint) -> Option<f64>| {
+        let moving = points.iter().filter(|point| point.moves());
+        moving.map(distance).collect::<Option<Vec<f64>>>().map(|d| d.into_iter().fold(0.0, f64::max))
+    };
+    let mut warnings = Vec::new();
+    let still = points.iter().filter(|point| !point.moves()).count();
+    if still > 0 {
+        warnings.push(format!(
+            "the table does not move at {still} of {} frequencies: so small a motion is lost in play or friction",
+            points.len()
+        ));
+    }
+    let saturated = points.iter().filter(|point| point.saturated).count();
+    if saturated > 0 {
+        warnings.push(format!(
+            "saturated at {saturated} of {} frequencies: there the loop is not linear, a smaller amplitude would show it",
+            points.len()
+        ));
+    }
+    AxisResponse {
+        axis: AXIS_NAMES[axis].to_owned(),
+        bandwidth_hz: bandwidth(&points, |point| Some(point.magnitude_db)),
+        model_bandwidth_hz: bandwidth(&points, |point| point.model_db),
+        peak_db: peak.map_or(0.0, |peak| peak.magnitude_db),
+        peak_hz: peak.map_or(0.0, |peak| peak.frequency_hz),
+        model_deviation_db: largest(&|point| Some((point.magnitude_db - point.model_db?).abs())),
+        model_deviation_deg: largest(&|point| {
+            let distance = point.phase_deg - point.model_deg?;
+            Some((distance - 360.0 * (distance / 360.0).round()).abs())
+        }),
+        warnings,
+        points,
+    }
+}
+
+/// Where the magnitude falls below -3 dB, interpolated in decibel over the logarithm of the frequency.
+fn bandwidth(points: &[ResponsePoint], decibel: impl Fn(&ResponsePoint) -> Option<f64>) -> Option<f64> {
+    let level = -10.0 * libm::log10(2.0);
+    let below = points.iter().position(|point| decibel(point).is_some_and(|db| db < level))?;
+    let (a, b) = (points.get(below.checked_sub(1)?)?, points.get(below)?);
+    let (high, low) = (decibel(a)?, decibel(b)?);
+    let share = (high - level) / (high - low);
+    Some(a.frequency_hz * libm::pow(b.frequency_hz / a.frequency_hz, share))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn tones_fit_their_blocks() {
+        for period_s in [1e-3, 1e-5, 0.05] {
+            let nyquist = 0.5 / period_s;
+            for k in 0..200 {
+                let hz = nyquist * libm::pow(10.0, -6.0 + 6.0 * f64::from(k) / 200.0).min(0.95);
+                let tone = Tone::near(hz, period_s, nyquist);
+                assert!(divisor(tone.m, tone.n) == 1 && tone.hz < 0.97 * nyquist, "{hz} {tone:?}");
+                assert!((tone.hz / hz - 1.0).abs() < 0.02 || tone.n >= 2_000_000, "{hz} {tone:?}");
+            }
+        }
+    }
+}

@@ -1,0 +1,170 @@
+//! The circular test: radial deviation around the circle, much magnified.
+
+use super::super::axis::{Axis, Range, Tick, figure, power_of_ten, round_up_125};
+use super::super::curve::{Frame, Px};
+use super::super::font;
+use super::super::panel::{Entry, Heading, LABEL_EM, Panel, Symbol, TITLE_EM, gutter, x_axis, y_axis};
+use super::super::sheet::{
+    Anchor, BORDER, CURVE_PX, DESIRED, GRID, INK, Lettering, MUTED, Pen, RUN_COLOURS, Sheet, WHITE,
+};
+use super::printable;
+use crate::measure::{CircleTest, Direction, Radial};
+
+/// The smallest circle of the grid, as a share of the largest.
+const INNER: f64 = 0.38;
+/// Circles of the grid, about.
+const RINGS: f64 = 5.0;
+/// Room for the angles around the grid \[px\].
+const ANGLES_PX: f64 = 26.0;
+/// Between the polar plot and the other one \[px\].
+const GAP: f64 = 34.0;
+/// Spikes lower than this share of the grid are not marked.
+const SPIKE_SHARE: f64 = 0.02;
+const NOMINAL: Pen = Pen { colour: DESIRED, width_px: 2.5, dash: None };
+
+pub(in super::super) fn sheet(test: &CircleTest) -> Sheet {
+    let mut sheet = Sheet::default();
+    let space = heading(test).draw(&mut sheet);
+    let side = space.height().min(0.57 * space.width());
+    let square = Frame { right: space.left + side, bottom: space.top + side, ..space };
+    // The foot of the sheet is for titles of axes, which a circle has not.
+    let square = Frame { bottom: square.bottom + 20.0, top: square.top + 20.0, ..square };
+    polar(&mut sheet, test, &square);
+    unrolled(&mut sheet, test, &Frame { left: square.right + GAP, ..space });
+    sheet
+}
+
+fn pens(test: &CircleTest) -> impl Iterator<Item = (&Direction, Pen)> {
+    test.directions.iter().zip(RUN_COLOURS).map(|(direction, colour)| (direction, Pen::solid(colour, CURVE_PX)))
+}
+
+fn name(direction: &Direction) -> &'static str {
+    if direction.clockwise { "clockwise" } else { "counterclockwise" }
+}
+
+fn heading(test: &CircleTest) -> Heading {
+    let title = font::shortened(&printable(&test.scenario), TITLE_EM, 520.0);
+    let f = |value: f64| figure(value, 4);
+    let [a, b] = &test.directions;
+    let mut legend: Vec<Entry> = pens(test)
+        .map(|(direction, pen)| {
+            Entry::line(pen, format!("{}: G {} µm", name(direction), f(direction.circular_deviation_um)))
+        })
+        .collect();
+    legend.push(Entry::line(NOMINAL, "nominal"));
+    legend.push(Entry { symbol: Symbol::Ring(INK), text: "where an axis turns back".to_owned() });
+    Heading {
+        title: format!(
+            "{title}: circular test, radius {} mm at {} mm/s",
+            figure(test.radius_mm, 5),
+            figure(test.feed_mm_s, 5)
+        ),
+        subtitle: format!(
+            "Both directions: G(b) {} µm, hysteresis H {} µm, mean radial deviation D {} µm; radial deviation F {} … {} µm",
+            f(test.bidirectional_deviation_um),
+            f(test.hysteresis_um),
+            f(test.mean_radial_deviation_um),
+            f(a.radial_min_um.min(b.radial_min_um)),
+            f(a.radial_max_um.max(b.radial_max_um)),
+        ),
+        warnings: test.warnings.iter().map(|text| printable(text)).collect(),
+        legend,
+    }
+}
+
+/// The deviations with room around them, and zero, in whole steps.
+fn grid(test: &CircleTest) -> (Range, f64) {
+    let mut range = Range::of(test.directions.iter().flat_map(|d| &d.trace).map(|radial| radial.deviation_um));
+    range.include(0.0);
+    // Below a nanometre there is nothing but rounding.
+    let range = range.opened(1e-3);
+    let (digit, exponent) = round_up_125(range.span() / RINGS);
+    let step = f64::from(digit) * power_of_ten(exponent);
+    let low = (range.low / step - 0.05).floor() * step;
+    let high = (range.high / step + 0.05).ceil() * step;
+    (Range { low, high }, step)
+}
+
+fn polar(sheet: &mut Sheet, test: &CircleTest, square: &Frame) {
+    let unit = || Axis::linear(Range { low: -1.0, high: 1.0 }, square.width(), 95.0, false);
+    // Labels keep off the angles around the grid.
+    let inset = ANGLES_PX - 4.0;
+    let inner = Frame {
+        left: square.left + inset,
+        top: square.top + inset,
+        right: square.right - inset,
+        bottom: square.bottom - inset,
+    };
+    let mut panel = Panel::new(inner, unit(), unit());
+    let middle = (0.5 * (square.left + square.right), 0.5 * (square.top + square.bottom));
+    let outer = 0.5 * square.width() - ANGLES_PX;
+    let (range, step) = grid(test);
+    let place = |angle_deg: f64, deviation_um: f64| -> Px {
+        let share = ((deviation_um - range.low) / range.span()).clamp(0.0, 1.0);
+        let radius = outer * (INNER + (1.0 - INNER) * share);
+        let (sin, cos) = libm::sincos(angle_deg.to_radians());
+        (middle.0 + radius * cos, middle.1 - radius * sin)
+    };
+    let ring = |deviation_um: f64| -> Vec<Px> { (0..=360).map(|a| place(f64::from(a), deviation_um)).collect() };
+    let steps = (range.span() / step).round().clamp(1.0, 20.0);
+    let levels = || (0..=20).map(f64::from).take_while(move |k| *k <= steps).map(move |k| range.low + k * step);
+    for level in levels() {
+        let pen = if level == range.low + steps * step { BORDER } else { GRID };
+        sheet.curve(&ring(level), square, Pen::solid(pen, 1.0));
+    }
+    for angle in (0..360).step_by(45).map(f64::from) {
+        sheet.line(&[place(angle, range.low), place(angle, range.high)], Pen::solid(GRID, 1.0));
+        let (sin, cos) = libm::sincos(angle.to_radians());
+        let at = (middle.0 + (outer + 17.0) * cos, middle.1 - (outer + 14.0) * sin);
+        sheet.text(Lettering::new(at, format!("{}°", figure(angle, 3)), LABEL_EM, Anchor::Middle).coloured(MUTED));
+    }
+    let nominal = ring(0.0);
+    sheet.curve(&nominal, square, NOMINAL);
+    panel.keep_clear(nominal);
+    for level in levels() {
+        let label = Lettering::new(place(67.5, level), figure(level, 4), LABEL_EM, Anchor::Middle).coloured(MUTED);
+        let Frame { left, top, right, bottom } = label.frame();
+        sheet.rectangle(&Frame { left: left - 2.0, top: top + 1.0, right: right + 2.0, bottom: bottom - 1.0 }, WHITE);
+        sheet.text(label);
+    }
+    for (direction, pen) in pens(test) {
+        let points: Vec<Px> = closed(&direction.trace).map(|r| place(r.angle_deg, r.deviation_um)).collect();
+        sheet.curve(&points, square, pen);
+        panel.keep_clear(points);
+    }
+    let said = format!("{} µm a division", figure(step, 3));
+    sheet.text(Lettering::new(middle, said, LABEL_EM, Anchor::Middle).coloured(MUTED));
+    for (direction, pen) in pens(test) {
+        for spike in direction.spikes.iter().filter(|s| s.height_um.abs() >= SPIKE_SHARE * range.span()) {
+            let at = place(spike.tip_deg, spike.tip_um);
+            sheet.ring(at, 4.0, 1.5, pen.colour);
+            let text = format!("{} {} µm", spike.axis.to_uppercase(), figure(spike.height_um, 3));
+            panel.point_label(sheet, at, &text, pen.colour);
+        }
+    }
+}
+
+/// The path with its first point again at its end, where it comes back there.
+fn closed(trace: &[Radial]) -> impl Iterator<Item = Radial> + '_ {
+    trace.iter().chain(trace.first()).copied()
+}
+
+fn unrolled(sheet: &mut Sheet, test: &CircleTest, space: &Frame) {
+    let (range, _) = grid(test);
+    let y = y_axis(range, space.height(), false);
+    let gutter = gutter(&[&y]);
+    let frame = Frame { left: space.left + gutter, right: space.right - 8.0, ..*space };
+    let mut x = x_axis(Range { low: 0.0, high: 360.0 }, frame.width(), false);
+    x.ticks = [0.0, 90.0, 180.0, 270.0, 360.0].map(|value| Tick { value, label: format!("{value}") }).into();
+    let mut panel = Panel::new(frame, x, y);
+    panel.grid(sheet);
+    panel.level(sheet, 0.0, NOMINAL);
+    for (direction, pen) in pens(test) {
+        let mut trace = direction.trace.clone();
+        trace.sort_by(|a, b| a.angle_deg.total_cmp(&b.angle_deg));
+        panel.curve(sheet, trace.iter().map(|r| (r.angle_deg, r.deviation_um)), pen);
+    }
+    panel.border(sheet, true, true);
+    panel.x_title(sheet, "angle from +X", "°");
+    panel.y_title(sheet, gutter, "radial deviation", "µm");
+}
