@@ -37,7 +37,7 @@ pub(crate) struct CompareArgs {
     /// A scenario whose PDFF gains become one more column (may be given again)
     #[arg(long, value_name = "SCENARIO")]
     gains: Vec<String>,
-    /// Replace one value of the scenario, such as axes.x.effects.backlash.gap_um=5 (may be given again)
+    /// Replace one value of the scenario, such as axes.x.pdff.kpp=120 (may be given again)
     #[arg(long = "set", value_name = "KEY=VALUE")]
     set: Vec<String>,
     #[command(flatten)]

@@ -36,8 +36,8 @@ impl Places<'_> {
         *raw.get_ref()
     }
 
-    fn or(&mut self, name: &'static str, raw: &Option<Spanned<f64>>, default: f64) -> f64 {
-        raw.as_ref().map_or(default, |raw| self.get(name, raw))
+    fn or(&mut self, name: &'static str, raw: Option<&Spanned<f64>>, default: f64) -> f64 {
+        raw.map_or(default, |raw| self.get(name, raw))
     }
 
     /// Tells an error where the value is that it names, or on the whole table.
@@ -112,27 +112,35 @@ fn controller(
     };
     let gains = match (raw.get_ref(), ControllerGains::like(kind, axis, settings)) {
         (RawController::PPi(raw), ControllerGains::PPi(own)) => ControllerGains::PPi(PPiGains {
-            position_rad_s_mm: at.or("position_rad_s_mm", &raw.position_rad_s_mm, own.position_rad_s_mm),
-            velocity_nm_s_rad: at.or("velocity_nm_s_rad", &raw.velocity_nm_s_rad, own.velocity_nm_s_rad),
-            integral_1_s: at.or("integral_1_s", &raw.integral_1_s, own.integral_1_s),
+            position_rad_s_mm: at.or("position_rad_s_mm", raw.position_rad_s_mm.as_ref(), own.position_rad_s_mm),
+            velocity_nm_s_rad: at.or("velocity_nm_s_rad", raw.velocity_nm_s_rad.as_ref(), own.velocity_nm_s_rad),
+            integral_1_s: at.or("integral_1_s", raw.integral_1_s.as_ref(), own.integral_1_s),
         }),
         (RawController::Pid(raw), ControllerGains::Pid(own)) => ControllerGains::Pid(PidGains {
-            proportional_v_mm: at.or("proportional_v_mm", &raw.proportional_v_mm, own.proportional_v_mm),
-            integral_v_mm_s: at.or("integral_v_mm_s", &raw.integral_v_mm_s, own.integral_v_mm_s),
-            derivative_v_s_mm: at.or("derivative_v_s_mm", &raw.derivative_v_s_mm, own.derivative_v_s_mm),
-            filter_hz: at.or("filter_hz", &raw.filter_hz, own.filter_hz),
+            proportional_v_mm: at.or("proportional_v_mm", raw.proportional_v_mm.as_ref(), own.proportional_v_mm),
+            integral_v_mm_s: at.or("integral_v_mm_s", raw.integral_v_mm_s.as_ref(), own.integral_v_mm_s),
+            derivative_v_s_mm: at.or("derivative_v_s_mm", raw.derivative_v_s_mm.as_ref(), own.derivative_v_s_mm),
+            filter_hz: at.or("filter_hz", raw.filter_hz.as_ref(), own.filter_hz),
         }),
         (RawController::Cascade(raw), ControllerGains::Cascade(own)) => ControllerGains::Cascade(CascadeGains {
             loops: PPiGains {
-                position_rad_s_mm: at.or("position_rad_s_mm", &raw.position_rad_s_mm, own.loops.position_rad_s_mm),
-                velocity_nm_s_rad: at.or("velocity_nm_s_rad", &raw.velocity_nm_s_rad, own.loops.velocity_nm_s_rad),
-                integral_1_s: at.or("integral_1_s", &raw.integral_1_s, own.loops.integral_1_s),
+                position_rad_s_mm: at.or(
+                    "position_rad_s_mm",
+                    raw.position_rad_s_mm.as_ref(),
+                    own.loops.position_rad_s_mm,
+                ),
+                velocity_nm_s_rad: at.or(
+                    "velocity_nm_s_rad",
+                    raw.velocity_nm_s_rad.as_ref(),
+                    own.loops.velocity_nm_s_rad,
+                ),
+                integral_1_s: at.or("integral_1_s", raw.integral_1_s.as_ref(), own.loops.integral_1_s),
             },
-            velocity_rad_mm: at.or("velocity_rad_mm", &raw.velocity_rad_mm, own.velocity_rad_mm),
-            viscous_nm_s_mm: at.or("viscous_nm_s_mm", &raw.viscous_nm_s_mm, own.viscous_nm_s_mm),
+            velocity_rad_mm: at.or("velocity_rad_mm", raw.velocity_rad_mm.as_ref(), own.velocity_rad_mm),
+            viscous_nm_s_mm: at.or("viscous_nm_s_mm", raw.viscous_nm_s_mm.as_ref(), own.viscous_nm_s_mm),
             acceleration_nm_s2_mm: at.or(
                 "acceleration_nm_s2_mm",
-                &raw.acceleration_nm_s2_mm,
+                raw.acceleration_nm_s2_mm.as_ref(),
                 own.acceleration_nm_s2_mm,
             ),
         }),
@@ -157,31 +165,45 @@ fn effects(
     problems: &mut Problems,
 ) -> Effects {
     let within = format!("axis {name}: ");
-    let drive = &axis.drive;
     let mut out = Effects::default();
+    electronics(&within, index, raw, settings, &mut out, problems);
+    mechanics(&within, raw, axis, settings, sound, &mut out, problems);
+    disturbances(&within, raw, &mut out, problems);
+    out
+}
+
+/// What reads and drives the axis, and what its plant is.
+fn electronics(
+    within: &str,
+    index: u64,
+    raw: &RawEffects,
+    settings: &LoopSettings,
+    out: &mut Effects,
+    problems: &mut Problems,
+) {
     if let Some(raw) = &raw.mismatch {
-        let mut at = places(&within, raw, problems);
+        let mut at = places(within, raw, problems);
         let raw = raw.get_ref();
         let mismatch = Mismatch {
-            gain_factor: at.or("gain_factor", &raw.gain_factor, 1.0),
-            time_constant_factor: at.or("time_constant_factor", &raw.time_constant_factor, 1.0),
+            gain_factor: at.or("gain_factor", raw.gain_factor.as_ref(), 1.0),
+            time_constant_factor: at.or("time_constant_factor", raw.time_constant_factor.as_ref(), 1.0),
         };
         out.mismatch = at.check(mismatch, Mismatch::check);
     }
     if let Some(raw) = &raw.encoder {
-        let mut at = places(&within, raw, problems);
+        let mut at = places(within, raw, problems);
         let raw = raw.get_ref();
-        let hz = at.or("bandwidth_hz", &raw.velocity_hz, 200.0);
+        let hz = at.or("bandwidth_hz", raw.velocity_hz.as_ref(), 200.0);
         if let Some(raw) = &raw.velocity_hz {
             at.values.push(("corner_hz", raw.span()));
         }
-        let damping = at.or("damping", &raw.velocity_damping, 1.0);
+        let damping = at.or("damping", raw.velocity_damping.as_ref(), 1.0);
         let encoder = Encoder {
             place: match raw.place {
                 Some(RawPlace::Table) => EncoderPlace::Table,
                 Some(RawPlace::Motor) | None => EncoderPlace::Motor,
             },
-            resolution_um: at.or("resolution_um", &raw.resolution_um, 0.0),
+            resolution_um: at.or("resolution_um", raw.resolution_um.as_ref(), 0.0),
             velocity: match raw.velocity {
                 Some(RawVelocity::Tachometer) | None => VelocityEstimate::Tachometer,
                 Some(RawVelocity::Difference) => VelocityEstimate::Difference,
@@ -192,19 +214,19 @@ fn effects(
         out.encoder = at.check(encoder, |encoder| encoder.check(settings.period_s));
     }
     if let Some(raw) = &raw.noise {
-        let mut at = places(&within, raw, problems);
+        let mut at = places(within, raw, problems);
         let raw = raw.get_ref();
         let seed = u64::from(raw.seed.unwrap_or(1));
         let noise = Noise { rms_um: at.get("rms_um", &raw.rms_um), seed: seed.wrapping_mul(8).wrapping_add(index) };
         out.noise = at.check(noise, Noise::check);
     }
     if let Some(raw) = &raw.delay {
-        let mut at = places(&within, raw, problems);
+        let mut at = places(within, raw, problems);
         let delay = Delay { samples: at.get("samples", &raw.get_ref().samples) };
         out.delay = at.check(delay, Delay::check);
     }
     if let Some(raw) = &raw.dac {
-        let mut at = places(&within, raw, problems);
+        let mut at = places(within, raw, problems);
         let bits = &raw.get_ref().bits;
         at.values.push(("bits", bits.span()));
         // What does not fit is out of range in any case.
@@ -212,17 +234,30 @@ fn effects(
         out.dac = at.check(dac, Dac::check);
     }
     if let Some(raw) = &raw.current_loop {
-        let mut at = places(&within, raw, problems);
+        let mut at = places(within, raw, problems);
         let current_loop = CurrentLoop { bandwidth_hz: at.get("bandwidth_hz", &raw.get_ref().bandwidth_hz) };
         out.current_loop = at.check(current_loop, CurrentLoop::check);
     }
+}
+
+/// What moves.
+fn mechanics(
+    within: &str,
+    raw: &RawEffects,
+    axis: &AxisParameters,
+    settings: &LoopSettings,
+    sound: bool,
+    out: &mut Effects,
+    problems: &mut Problems,
+) {
+    let drive = &axis.drive;
     if let Some(raw) = &raw.two_mass {
-        let mut at = places(&within, raw, problems);
+        let mut at = places(within, raw, problems);
         let raw = raw.get_ref();
         let two_mass = TwoMass {
             table_mass_kg: at.get("table_mass_kg", &raw.table_mass_kg),
             stiffness_n_um: at.get("stiffness_n_um", &raw.stiffness_n_um),
-            damping_n_s_mm: at.or("damping_n_s_mm", &raw.damping_n_s_mm, 0.0),
+            damping_n_s_mm: at.or("damping_n_s_mm", raw.damping_n_s_mm.as_ref(), 0.0),
         };
         // Against what the plant is, where that is known.
         let plant = out.plant(&axis.plant);
@@ -231,15 +266,15 @@ fn effects(
         }
     }
     if let Some(raw) = &raw.friction {
-        let mut at = places(&within, raw, problems);
+        let mut at = places(within, raw, problems);
         let friction = match raw.get_ref() {
             RawFriction::Coulomb(raw) => {
                 let coulomb_nm = at.get("coulomb_nm", &raw.coulomb_nm);
                 Friction::Coulomb(Coulomb {
                     coulomb_nm,
-                    static_nm: at.or("static_nm", &raw.static_nm, coulomb_nm),
-                    stribeck_mm_s: at.or("stribeck_mm_s", &raw.stribeck_mm_s, 1.0),
-                    viscous_nm_s_rad: at.or("viscous_nm_s_rad", &raw.viscous_nm_s_rad, 0.0),
+                    static_nm: at.or("static_nm", raw.static_nm.as_ref(), coulomb_nm),
+                    stribeck_mm_s: at.or("stribeck_mm_s", raw.stribeck_mm_s.as_ref(), 1.0),
+                    viscous_nm_s_rad: at.or("viscous_nm_s_rad", raw.viscous_nm_s_rad.as_ref(), 0.0),
                 })
             }
             RawFriction::LuGre(raw) => {
@@ -247,25 +282,29 @@ fn effects(
                 Friction::LuGre(LuGre {
                     curve: Coulomb {
                         coulomb_nm,
-                        static_nm: at.or("static_nm", &raw.static_nm, coulomb_nm),
-                        stribeck_mm_s: at.or("stribeck_mm_s", &raw.stribeck_mm_s, 1.0),
-                        viscous_nm_s_rad: at.or("viscous_nm_s_rad", &raw.viscous_nm_s_rad, 0.0),
+                        static_nm: at.or("static_nm", raw.static_nm.as_ref(), coulomb_nm),
+                        stribeck_mm_s: at.or("stribeck_mm_s", raw.stribeck_mm_s.as_ref(), 1.0),
+                        viscous_nm_s_rad: at.or("viscous_nm_s_rad", raw.viscous_nm_s_rad.as_ref(), 0.0),
                     },
                     stiffness_nm_rad: at.get("stiffness_nm_rad", &raw.stiffness_nm_rad),
-                    damping_nm_s_rad: at.or("damping_nm_s_rad", &raw.damping_nm_s_rad, 0.0),
+                    damping_nm_s_rad: at.or("damping_nm_s_rad", raw.damping_nm_s_rad.as_ref(), 0.0),
                 })
             }
         };
         out.friction = at.check(friction, |friction| friction.check(drive));
     }
     if let Some(raw) = &raw.backlash {
-        let mut at = places(&within, raw, problems);
+        let mut at = places(within, raw, problems);
         let backlash = Backlash { gap_um: at.get("gap_um", &raw.get_ref().gap_um) };
         out.backlash = at.check(backlash, Backlash::check);
     }
-    out.pitch = raw.pitch.as_ref().and_then(|raw| pitch(&within, raw, problems));
+    out.pitch = raw.pitch.as_ref().and_then(|raw| pitch(within, raw, problems));
+}
+
+/// What pushes the axis about.
+fn disturbances(within: &str, raw: &RawEffects, out: &mut Effects, problems: &mut Problems) {
     if let Some(raw) = &raw.ripple {
-        let mut at = places(&within, raw, problems);
+        let mut at = places(within, raw, problems);
         at.values.push(("harmonics", raw.get_ref().harmonics.span()));
         let harmonics = raw.get_ref().harmonics.get_ref().iter();
         let ripple = TorqueRipple {
@@ -295,12 +334,11 @@ fn effects(
             RawForce::OverTime(raw) => (&raw.points_s_n, &raw.period_s, true),
             RawForce::OverPosition(raw) => (&raw.points_mm_n, &raw.period_mm, false),
         };
-        if let Some((table, at)) = table(&within, raw.span(), points, period, problems) {
+        if let Some((table, at)) = table(within, raw.span(), points, period.as_ref(), problems) {
             let force = if over_time { CuttingForce::OverTime(table) } else { CuttingForce::OverPosition(table) };
             out.force = at.check(force, CuttingForce::check);
         }
     }
-    out
 }
 
 fn places<'p, T>(within: &str, raw: &Spanned<T>, problems: &'p mut Problems) -> Places<'p> {
@@ -311,7 +349,7 @@ fn table<'p>(
     within: &str,
     span: Range<usize>,
     points: &Spanned<Vec<RawPoint>>,
-    period: &Option<Spanned<f64>>,
+    period: Option<&Spanned<f64>>,
     problems: &'p mut Problems,
 ) -> Option<(Table, Places<'p>)> {
     let values = points.get_ref().iter().map(|point| point.get_ref().0);
@@ -320,7 +358,7 @@ fn table<'p>(
         at.values.push(("period", period.span()));
     }
     at.values.push(("table", points.span()));
-    match Table::new(values.map(|[x, y]| (x, y)), period.as_ref().map(|period| *period.get_ref())) {
+    match Table::new(values.map(|[x, y]| (x, y)), period.map(|period| *period.get_ref())) {
         Ok(table) => Some((table, at)),
         Err(error) => {
             at.tell(&error);
@@ -331,7 +369,7 @@ fn table<'p>(
 
 fn pitch(within: &str, raw: &Spanned<RawPitch>, problems: &mut Problems) -> Option<PitchError> {
     let RawPitch { points_mm_um, period_mm } = raw.get_ref();
-    let (error_um, at) = table(within, raw.span(), points_mm_um, period_mm, problems)?;
+    let (error_um, at) = table(within, raw.span(), points_mm_um, period_mm.as_ref(), problems)?;
     at.check(PitchError { error_um }, PitchError::check)
 }
 
@@ -344,8 +382,8 @@ fn remedies(name: &str, raw: &RawRemedies, settings: &LoopSettings, problems: &m
         let raw = raw.get_ref();
         let notch = Filter::Notch {
             frequency_hz: at.get("frequency_hz", &raw.frequency_hz),
-            depth: at.or("depth", &raw.depth, 0.0),
-            damping: at.or("damping", &raw.damping, 0.5),
+            depth: at.or("depth", raw.depth.as_ref(), 0.0),
+            damping: at.or("damping", raw.damping.as_ref(), 0.5),
         };
         out.filters.extend(at.check(notch, |filter| filter.check(period_s)));
     }
@@ -354,13 +392,13 @@ fn remedies(name: &str, raw: &RawRemedies, settings: &LoopSettings, problems: &m
         let raw = raw.get_ref();
         let low_pass = Filter::LowPass {
             frequency_hz: at.get("frequency_hz", &raw.frequency_hz),
-            damping: at.or("damping", &raw.damping, std::f64::consts::FRAC_1_SQRT_2),
+            damping: at.or("damping", raw.damping.as_ref(), std::f64::consts::FRAC_1_SQRT_2),
         };
         out.filters.extend(at.check(low_pass, |filter| filter.check(period_s)));
     }
     if let Some(raw) = &raw.acceleration {
         let mut at = places(&within, raw, problems);
-        let acceleration = AccelerationFeedforward { share: at.or("share", &raw.get_ref().share, 1.0) };
+        let acceleration = AccelerationFeedforward { share: at.or("share", raw.get_ref().share.as_ref(), 1.0) };
         out.acceleration = at.check(acceleration, AccelerationFeedforward::check);
     }
     if let Some(raw) = &raw.friction {
@@ -368,7 +406,7 @@ fn remedies(name: &str, raw: &RawRemedies, settings: &LoopSettings, problems: &m
         let raw = raw.get_ref();
         let friction = FrictionFeedforward {
             coulomb_nm: at.get("coulomb_nm", &raw.coulomb_nm),
-            smoothing_mm_s: at.or("smoothing_mm_s", &raw.smoothing_mm_s, 1.0),
+            smoothing_mm_s: at.or("smoothing_mm_s", raw.smoothing_mm_s.as_ref(), 1.0),
         };
         out.friction = at.check(friction, FrictionFeedforward::check);
     }
@@ -377,7 +415,7 @@ fn remedies(name: &str, raw: &RawRemedies, settings: &LoopSettings, problems: &m
         let raw = raw.get_ref();
         let backlash = BacklashCompensation {
             gap_um: at.get("gap_um", &raw.gap_um),
-            time_constant_s: at.or("time_constant_s", &raw.time_constant_s, 0.0),
+            time_constant_s: at.or("time_constant_s", raw.time_constant_s.as_ref(), 0.0),
         };
         out.backlash = at.check(backlash, BacklashCompensation::check);
     }
@@ -391,9 +429,9 @@ pub(super) fn cross_coupling(raw: &Spanned<RawCrossCoupling>, problems: &mut Pro
     let raw = raw.get_ref();
     let gains = CrossCouplingGains {
         proportional_nm_mm: at.get("proportional_nm_mm", &raw.proportional_nm_mm),
-        integral_nm_mm_s: at.or("integral_nm_mm_s", &raw.integral_nm_mm_s, 0.0),
-        derivative_nm_s_mm: at.or("derivative_nm_s_mm", &raw.derivative_nm_s_mm, 0.0),
-        limit_nm: at.or("limit_nm", &raw.limit_nm, 1.0),
+        integral_nm_mm_s: at.or("integral_nm_mm_s", raw.integral_nm_mm_s.as_ref(), 0.0),
+        derivative_nm_s_mm: at.or("derivative_nm_s_mm", raw.derivative_nm_s_mm.as_ref(), 0.0),
+        limit_nm: at.or("limit_nm", raw.limit_nm.as_ref(), 1.0),
     };
     at.check(gains, CrossCouplingGains::check)
 }

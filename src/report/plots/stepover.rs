@@ -117,10 +117,8 @@ fn labels(rows: &[StepoverRow]) -> Vec<(Vec<StepoverRow>, String)> {
             figure(first.error_percent, 3),
             figure(last.error_percent, 3)
         ),
-        _ => group
-            .iter()
-            .map(|row| format!("R = {}: {} %", signed(row.curvature_radius_mm), figure(row.error_percent, 3)))
-            .collect(),
+        [row] => format!("R = {}: {} %", signed(row.curvature_radius_mm), figure(row.error_percent, 3)),
+        [] => String::new(),
     };
     sorted.chunk_by(together).map(|group| (group.to_vec(), text(group))).collect()
 }
