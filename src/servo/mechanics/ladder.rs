@@ -10,7 +10,7 @@ use nalgebra::SMatrix;
 
 /// Halvings of a step: an event is located to a 2⁻¹⁰th of it (1 µs at a period of 1 ms, in which a screw that closes its gap with
 /// 10 mm/s goes 10 nm too deep), and the table's coming to rest inside of that by a straight line.
-pub(super) const LEVELS: usize = 10;
+pub(super) const LEVELS: usize = 8;
 
 /// Components of the state: motor torque, motor speed, twist, table speed, table position.
 pub(super) const STATES: usize = 5;

@@ -147,8 +147,7 @@ impl Machine {
         let switch_s = switch_share * period_s;
         let parts = [part(0.0, switch_s), part(switch_s, period_s - switch_s)];
         let switches = parts[0].pieces > 0;
-        let whole =
-            effects.integration.substeps == 1 && (!(gapped || sticks) || resonance * period_s <= SWING);
+        let whole = effects.integration.substeps == 1 && (!(gapped || sticks) || resonance * period_s <= SWING);
         let wholes = std::array::from_fn(|mode| match (whole, parts[0].ladders[mode].first()) {
             (true, None) => parts[1].ladders[mode].first().copied().unwrap_or(Step::NONE),
             (true, Some(before)) => {

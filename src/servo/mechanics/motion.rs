@@ -355,11 +355,8 @@ impl Machine {
                     self.set_speed(speed, 0.5 * speed * late_s);
                 }
             }
-            self.state.friction = if self.state.stuck {
-                0.0
-            } else {
-                self.forces.slipping(self.state.direction, self.state.z[TABLE])
-            };
+            self.state.friction =
+                if self.state.stuck { 0.0 } else { self.forces.slipping(self.state.direction, self.state.z[TABLE]) };
         } else if self.turns && self.state.direction * self.state.z[TABLE] < 0.0 {
             self.state.direction = -self.state.direction;
         }
