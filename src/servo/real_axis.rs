@@ -165,7 +165,7 @@ impl<C: Controller> RealAxis<C> {
         DriveSignals {
             measured_mm: self.start_mm + self.measured.position_mm,
             measured_rad_s: self.measured.velocity_rad_s,
-            motor_mm: self.start_mm + self.mm_rad * self.machine.motor_rad(&self.before),
+            motor_mm: self.start_mm + self.mm_rad * self.before.motor_rad(),
             table_mm_s: self.mm_rad * telling.table_rad_s,
             motor_torque_nm: telling.torque_nm,
             ripple_nm: telling.ripple_nm,
@@ -213,8 +213,8 @@ impl<C: Controller> Axis for RealAxis<C> {
         // Measure.
         self.before = self.machine.state;
         self.before_v = self.applied_v;
-        let motor_rad_s = self.machine.motor_rad_s(&self.machine.state);
-        let motor_mm = self.mm_rad * self.machine.motor_rad(&self.machine.state);
+        let motor_rad_s = self.machine.state.motor_rad_s();
+        let motor_mm = self.mm_rad * self.machine.state.motor_rad();
         let nominal_mm = self.mm_rad * self.machine.table_rad(&self.machine.state);
         let table_mm = nominal_mm + self.pitch_mm(nominal_mm);
         let seen_mm = if self.sensor.place == EncoderPlace::Motor { motor_mm } else { table_mm };

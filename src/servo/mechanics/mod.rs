@@ -61,6 +61,20 @@ pub(super) struct State {
     stuck: bool,
 }
 
+impl State {
+    /// Angle of the motor from the start \[rad\].
+    #[inline(always)]
+    pub(super) fn motor_rad(&self) -> f64 {
+        self.z[PLACE] + (self.z[TWIST] + self.offset)
+    }
+
+    /// Speed of the motor \[rad/s\].
+    #[inline(always)]
+    pub(super) fn motor_rad_s(&self) -> f64 {
+        self.z[MOTOR]
+    }
+}
+
 /// The machine of one axis.
 #[allow(clippy::struct_excessive_bools)] // what it has, independent of each other
 #[derive(Debug, Clone)]
@@ -189,18 +203,6 @@ impl Machine {
             parts,
             forces,
         }
-    }
-
-    /// Angle of the motor from the start \[rad\].
-    #[inline(always)]
-    pub(super) fn motor_rad(&self, state: &State) -> f64 {
-        state.z[PLACE] + (state.z[TWIST] + state.offset)
-    }
-
-    /// Speed of the motor \[rad/s\].
-    #[inline(always)]
-    pub(super) fn motor_rad_s(&self, state: &State) -> f64 {
-        state.z[MOTOR]
     }
 
     /// Place of the table from the start \[rad\].

@@ -152,7 +152,9 @@ impl Machine {
             state.bristle = trial.bristle;
         }
         state.z = trial.z;
-        state.ripple = trial.ripple;
+        if self.forces.ripples() {
+            state.ripple = trial.ripple;
+        }
         if self.follows {
             let place = state.z[PLACE];
             state.follower = state.follower.max(place - self.half_gap).min(place + self.half_gap);
