@@ -1,4 +1,4 @@
-//! Exact steps of the linear machine, for a time and for its halves, quarters, … down to a 1024th.
+//! Exact steps of the linear machine, for a time and for its halves, quarters, … down to a 256th.
 //!
 //! With the state `z`, the voltage `u` constant and the torques at motor and table polynomials of time, a step of length `h` is
 //! linear in `z`, `u` and the polynomials' coefficients: the matrix exponential of the augmented system
@@ -8,8 +8,8 @@
 
 use nalgebra::SMatrix;
 
-/// Halvings of a step: an event is located to a 2⁻¹⁰th of it (1 µs at a period of 1 ms, in which a screw that closes its gap with
-/// 10 mm/s goes 10 nm too deep), and the table's coming to rest inside of that by a straight line.
+/// Halvings of a step: an event is located to a 2⁻⁸th of it (4 µs at a period of 1 ms, in which a screw that closes its gap with
+/// 10 mm/s goes 40 nm too deep at most), and the table's coming to rest inside of that by a straight line.
 pub(super) const LEVELS: usize = 8;
 
 /// Components of the state: motor torque, motor speed, twist, table speed, table position.

@@ -7,7 +7,7 @@
 //! "Exponential integrators", Acta Numerica 19, 2010, section 2).
 //!
 //! Events end a step: the table comes to rest, breaks away, meets or leaves a side of the gap. A step in which one happens is halved
-//! until it is 2⁻¹⁰ of the whole; then the machine changes its mode there. Linear modes: table free to move or stuck, screw in contact or
+//! until it is 2⁻⁸ of the whole; then the machine changes its mode there. Linear modes: table free to move or stuck, screw in contact or
 //! in the gap.
 //!
 //! Nearly every period is one step, its voltages with it; one in which something happens, or that was foreseen badly, is taken
