@@ -94,7 +94,7 @@ fn open(effects: &Effects, samples: usize, torque: impl FnMut(f64) -> f64) -> Ve
     let settings = LoopSettings::default();
     let mut axis = RealAxis::new(&axis(), Torque(torque, 0), effects, &Remedies::default(), &settings, 0.0)
         .expect("sound parameters");
-    (0..samples).map(|_| (axis.step(&Demand::default()), *axis.drive_signals())).collect()
+    (0..samples).map(|_| (axis.step(&Demand::default()), axis.drive_signals())).collect()
 }
 
 #[test]

@@ -126,6 +126,8 @@ fn rows() -> Vec<(&'static str, Effects, Remedies)> {
     let only = |change: fn(&Effects) -> Effects| change(&every);
     vec![
         ("all off", off, none.clone()),
+        ("mismatch", only(|e| Effects { mismatch: e.mismatch, ..Effects::default() }), none.clone()),
+        ("converter", only(|e| Effects { dac: e.dac, ..Effects::default() }), none.clone()),
         ("encoder", only(|e| Effects { encoder: e.encoder, ..Effects::default() }), none.clone()),
         ("noise", only(|e| Effects { noise: e.noise, ..Effects::default() }), none.clone()),
         ("delay", only(|e| Effects { delay: e.delay, ..Effects::default() }), none.clone()),
@@ -137,8 +139,8 @@ fn rows() -> Vec<(&'static str, Effects, Remedies)> {
         ("ripple", only(|e| Effects { ripple: e.ripple.clone(), ..Effects::default() }), none.clone()),
         ("force", only(|e| Effects { force: e.force.clone(), ..Effects::default() }), none.clone()),
         ("pitch", only(|e| Effects { pitch: e.pitch.clone(), ..Effects::default() }), none.clone()),
-        ("every effect, LuGre", Effects { friction: Some(lugre), ..every.clone() }, none.clone()),
-        ("every effect", every.clone(), none),
+        ("every effect", every.clone(), none.clone()),
+        ("every effect, LuGre", Effects { friction: Some(lugre), ..every.clone() }, none),
         ("with remedies", every, remedies),
     ]
 }

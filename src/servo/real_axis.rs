@@ -3,7 +3,7 @@
 use super::controller::{AnyController, Controller, Measured, PdffController};
 use super::demand::{Axis, Demand};
 use super::effects::{Effects, EncoderPlace, PitchError, Sensor};
-use super::mechanics::Machine;
+use super::mechanics::{Machine, State};
 use super::remedies::{Biquad, Compensator, Remedies, ZeroPhase};
 use super::{AxisParameters, AxisSignals, Derivative, LoopSettings, ServoError};
 
@@ -68,7 +68,10 @@ pub struct RealAxis<C = AnyController> {
     applied_v: f64,
     last_command_mm: f64,
     k: u64,
-    now: DriveSignals,
+    /// What [`DriveSignals`] are made of: measurement, machine and its voltage at the last sample.
+    measured: Measured,
+    before: State,
+    before_v: f64,
 }
 
 /// Whole samples of a delay: at most 17, a whole number already.
@@ -120,6 +123,7 @@ impl<C: Controller> RealAxis<C> {
         let step_v = effects.dac.map_or(0.0, |dac| dac.step_v(drive.voltage_limit_v));
         let encoder = effects.encoder.unwrap_or_default();
         let filters: Result<Vec<_>, _> = remedies.filters.iter().map(|f| Biquad::new(f, period_s)).collect();
+        let machine = Machine::new(axis, effects, period_s, delay - late, start_mm);
         let mut real = Self {
             controller,
             start_mm,
@@ -139,23 +143,37 @@ impl<C: Controller> RealAxis<C> {
             pitch: effects.pitch.clone(),
             near: 0,
             pitch_start_mm: 0.0,
-            machine: Machine::new(axis, effects, period_s, delay - late, start_mm),
+            measured: Measured::default(),
+            before: machine.state,
+            before_v: 0.0,
+            machine,
             waiting: [0.0; WAITING],
             late: whole(late),
             at: 0,
             applied_v: 0.0,
             last_command_mm: 0.0,
             k: 0,
-            now: DriveSignals::default(),
         };
         // The axis has been homed where it starts: there, its scale and its screw agree.
         real.pitch_start_mm = real.pitch_mm(0.0);
         Ok(real)
     }
 
-    /// The signals beside those that [`step`](Axis::step) gave, of the same sample.
-    pub fn drive_signals(&self) -> &DriveSignals {
-        &self.now
+    /// The signals beside those that [`step`](Axis::step) gave, of the same sample (before the first: at rest).
+    pub fn drive_signals(&self) -> DriveSignals {
+        let telling = self.machine.tell(&self.before, self.before_v);
+        DriveSignals {
+            measured_mm: self.start_mm + self.measured.position_mm,
+            measured_rad_s: self.measured.velocity_rad_s,
+            motor_mm: self.start_mm + self.mm_rad * self.before.motor_rad(),
+            table_mm_s: self.mm_rad * telling.table_rad_s,
+            motor_torque_nm: telling.torque_nm,
+            ripple_nm: telling.ripple_nm,
+            friction_nm: telling.friction_nm,
+            force_nm: telling.force_nm,
+            stuck: telling.stuck,
+            in_gap: telling.in_gap,
+        }
     }
 
     /// The pitch error \[mm\] where the screw has taken the table to, from the start.
@@ -193,16 +211,19 @@ impl<C: Controller> Axis for RealAxis<C> {
     #[inline(always)]
     fn step(&mut self, demand: &Demand) -> AxisSignals {
         // Measure.
-        let motor_rad_s = self.machine.motor_rad_s();
-        let motor_mm = self.mm_rad * self.machine.motor_rad();
-        let nominal_mm = self.mm_rad * self.machine.table_rad();
+        self.before = self.machine.state;
+        self.before_v = self.applied_v;
+        let motor_rad_s = self.machine.state.motor_rad_s();
+        let motor_mm = self.mm_rad * self.machine.state.motor_rad();
+        let nominal_mm = self.mm_rad * self.machine.table_rad(&self.machine.state);
         let table_mm = nominal_mm + self.pitch_mm(nominal_mm);
         let seen_mm = if self.sensor.place == EncoderPlace::Motor { motor_mm } else { table_mm };
         let (position_mm, velocity_rad_s) = self.sensor.measure(seen_mm, motor_rad_s);
+        self.measured = Measured { position_mm, velocity_rad_s };
 
         // Control.
         let command = self.demanded(demand);
-        let wanted = self.controller.control(&command, &Measured { position_mm, velocity_rad_s });
+        let wanted = self.controller.control(&command, &self.measured);
         let mut torque_nm = wanted.torque_nm + command.torque_nm;
         for filter in &mut self.filters {
             torque_nm = filter.step(torque_nm);
@@ -220,19 +241,6 @@ impl<C: Controller> Axis for RealAxis<C> {
         if self.step_v > 0.0 {
             voltage_v = (voltage_v * self.steps_v).round_ties_even() * self.step_v;
         }
-
-        self.now = DriveSignals {
-            measured_mm: self.start_mm + position_mm,
-            measured_rad_s: velocity_rad_s,
-            motor_mm: self.start_mm + motor_mm,
-            table_mm_s: self.mm_rad * self.machine.table_rad_s(),
-            motor_torque_nm: self.machine.torque(self.applied_v),
-            ripple_nm: self.machine.ripple_nm(),
-            friction_nm: self.machine.friction_nm(self.applied_v),
-            force_nm: self.machine.force_nm(),
-            stuck: self.machine.stuck(),
-            in_gap: self.machine.in_gap(),
-        };
 
         // Move.
         let at = self.at;

@@ -98,7 +98,7 @@ impl<const A: usize> Axes<A> {
     pub(crate) fn drive_signals(&self) -> Option<[DriveSignals; A]> {
         match self {
             Self::Model(_) => None,
-            Self::Real(real) => Some(std::array::from_fn(|axis| *real.axes[axis].drive_signals())),
+            Self::Real(real) => Some(std::array::from_fn(|axis| real.axes[axis].drive_signals())),
         }
     }
 }

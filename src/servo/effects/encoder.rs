@@ -2,7 +2,7 @@
 
 use std::f64::consts::PI;
 
-use crate::optimize::Random;
+use super::normal::Normal;
 use crate::servo::ServoError;
 use crate::servo::parameters::{LARGEST, not_negative, positive};
 
@@ -125,7 +125,7 @@ pub(in crate::servo) struct Sensor {
     estimate_mm: f64,
     estimate_mm_s: f64,
     noise_mm: f64,
-    random: Random,
+    random: Normal,
 }
 
 impl Sensor {
@@ -161,7 +161,7 @@ impl Sensor {
             estimate_mm: 0.0,
             estimate_mm_s: 0.0,
             noise_mm: 1e-3 * noise.map_or(0.0, |noise| noise.rms_um),
-            random: Random::new(noise.map_or(0, |noise| noise.seed)),
+            random: Normal::new(noise.map_or(0, |noise| noise.seed)),
         };
         sensor.last_mm = sensor.rounded(0.0);
         sensor.estimate_mm = sensor.last_mm;
@@ -181,7 +181,7 @@ impl Sensor {
     /// Measured position \[mm from the start\] and velocity \[rad/s\].
     #[inline(always)]
     pub(in crate::servo) fn measure(&mut self, position_mm: f64, motor_rad_s: f64) -> (f64, f64) {
-        let noisy = if self.noise_mm > 0.0 { position_mm + self.noise_mm * self.random.normal() } else { position_mm };
+        let noisy = if self.noise_mm > 0.0 { position_mm + self.noise_mm * self.random.next() } else { position_mm };
         let measured = self.rounded(noisy);
         let velocity_mm_s = match self.velocity {
             VelocityEstimate::Tachometer => return (measured, motor_rad_s),

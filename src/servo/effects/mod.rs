@@ -8,6 +8,7 @@ mod electronics;
 mod encoder;
 mod friction;
 mod kind;
+mod normal;
 mod screw;
 mod table;
 

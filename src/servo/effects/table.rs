@@ -7,9 +7,17 @@ use crate::servo::ServoError;
 /// Before the first and after the last point it keeps their values, unless it repeats.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Table {
-    at: Vec<f64>,
-    value: Vec<f64>,
-    period: Option<f64>,
+    points: Vec<Point>,
+    /// Period and its inverse.
+    period: Option<[f64; 2]>,
+}
+
+/// A point, and the slope of the line that begins there.
+#[derive(Debug, Clone, Copy, PartialEq)]
+struct Point {
+    at: f64,
+    value: f64,
+    slope: f64,
 }
 
 impl Table {
@@ -40,41 +48,43 @@ impl Table {
                 value.push(value[0]);
             }
         }
-        Ok(Self { at, value, period })
+        let slope = |i: usize| match (at.get(i + 1), value.get(i + 1)) {
+            (Some(next), Some(then)) => (then - value[i]) / (next - at[i]),
+            _ => 0.0,
+        };
+        let points = (0..at.len()).map(|i| Point { at: at[i], value: value[i], slope: slope(i) }).collect();
+        Ok(Self { points, period: period.map(|period| [period, 1.0 / period]) })
     }
 
     /// Largest magnitude of the values.
     pub fn largest(&self) -> f64 {
-        self.value.iter().fold(0.0, |largest, x| f64::max(largest, x.abs()))
+        self.points.iter().fold(0.0, |largest, point| f64::max(largest, point.value.abs()))
     }
 
     /// The value at `x`, looked for from `near` on (where the last one was found).
     #[inline(always)]
     pub(in crate::servo) fn near(&self, x: f64, near: &mut usize) -> f64 {
-        let first = self.at[0];
+        let (first, last) = (&self.points[0], self.points.len() - 1);
         let x = match self.period {
-            Some(period) => x - period * ((x - first) / period).floor(),
+            Some([period, inverse]) => x - period * ((x - first.at) * inverse).floor(),
             None => x,
         };
-        let last = self.at.len() - 1;
-        if last == 0 || !(x > first) {
-            return self.value[0];
+        if let Some([from, to]) = self.points.get(*near..).and_then(<[Point]>::first_chunk)
+            && from.at <= x
+            && x < to.at
+        {
+            return from.slope.mul_add(x - from.at, from.value);
         }
-        if x >= self.at[last] {
-            return self.value[last];
+        if last == 0 || !(x > first.at) {
+            return first.value;
         }
-        let mut i = (*near).min(last - 1);
-        if !(self.at[i] <= x && x < self.at[i + 1]) {
-            i = if i + 2 <= last && self.at[i + 1] <= x && x < self.at[i + 2] {
-                i + 1
-            } else {
-                // The first point is at most x, the last one above it.
-                self.at.partition_point(|&at| at <= x).saturating_sub(1).min(last - 1)
-            };
-            *near = i;
+        if x >= self.points[last].at {
+            return self.points[last].value;
         }
-        let share = (x - self.at[i]) / (self.at[i + 1] - self.at[i]);
-        self.value[i] + share * (self.value[i + 1] - self.value[i])
+        // The first point is at most x, the last one above it.
+        let i = self.points.partition_point(|point| point.at <= x).saturating_sub(1).min(last - 1);
+        *near = i;
+        self.points[i].slope.mul_add(x - self.points[i].at, self.points[i].value)
     }
 
     /// The value at `x`.

@@ -1,4 +1,4 @@
-//! Exact steps of the linear machine, for a time and for its halves, quarters, … down to a 65536th.
+//! Exact steps of the linear machine, for a time and for its halves, quarters, … down to a 256th.
 //!
 //! With the state `z`, the voltage `u` constant and the torques at motor and table polynomials of time, a step of length `h` is
 //! linear in `z`, `u` and the polynomials' coefficients: the matrix exponential of the augmented system
@@ -8,9 +8,9 @@
 
 use nalgebra::SMatrix;
 
-/// Halvings of a step: an event is located to a 2⁻¹⁶th of it (15 ns at a period of 1 ms, in which a table that brakes with 10 m/s²
-/// changes its speed by 0.15 µm/s).
-pub(super) const LEVELS: usize = 16;
+/// Halvings of a step: an event is located to a 2⁻⁸th of it (4 µs at a period of 1 ms, in which a screw that closes its gap with
+/// 10 mm/s goes 40 nm too deep at most), and the table's coming to rest inside of that by a straight line.
+pub(super) const LEVELS: usize = 8;
 
 /// Components of the state: motor torque, motor speed, twist, table speed, table position.
 pub(super) const STATES: usize = 5;
@@ -137,22 +137,45 @@ impl Linear {
 
 /// One exact step: what each number adds to the state.
 #[derive(Debug, Clone, Copy)]
+#[repr(C, align(64))] // a column is a cache line
 pub(super) struct Step {
-    /// Length \[s\].
-    pub(super) h_s: f64,
     /// Torque, motor speed, twist, table speed.
     pub(super) state: [Column; 4],
-    /// Voltage.
-    pub(super) voltage: Column,
+    /// Voltage until it switches inside the step, and from there on.
+    pub(super) voltage: [Column; 2],
     /// Motor torque at the beginning, and its slope times `h`, carried on in a straight line.
     pub(super) motor: [Column; 2],
     /// What the motor torque at the end, and its slope there times `h`, are more than carried on (a cubic through both).
     pub(super) motor_end: [Column; 2],
     /// Table torque at the beginning, and its increase over the step.
     pub(super) table: [Column; 2],
+    /// Length \[s\].
+    pub(super) h_s: f64,
 }
 
 impl Step {
+    /// The step over a whole period in which the voltage switches: `all` has the period's length, `before` and `after` those of the
+    /// parts.
+    pub(super) fn joined(all: &Self, before: &Self, after: &Self) -> Self {
+        // What the first voltage does by the switch goes on from there as any state does.
+        let first = before.voltage[1];
+        let mut late = first;
+        for (column, state) in after.state.iter().zip(first) {
+            add(&mut late, column, state);
+        }
+        Self { voltage: [late, after.voltage[1]], ..*all }
+    }
+
+    /// No step at all.
+    pub(super) const NONE: Self = Self {
+        state: [[0.0; LANES]; 4],
+        voltage: [[0.0; LANES]; 2],
+        motor: [[0.0; LANES]; 2],
+        motor_end: [[0.0; LANES]; 2],
+        table: [[0.0; LANES]; 2],
+        h_s: 0.0,
+    };
+
     fn of(d: &SMatrix<f64, AUGMENTED, AUGMENTED>, level: usize, h_s: f64) -> Self {
         let column =
             |index: usize| -> Column { std::array::from_fn(|row| if row < STATES { d[(row, index)] } else { 0.0 }) };
@@ -164,13 +187,13 @@ impl Step {
         let [m0, m1, m2, m3] = [0, 1, 2, 3].map(|n| power(STATES + 1, n));
         let combine = |x: f64, y: f64| -> Column { std::array::from_fn(|row| x * m2[row] + y * m3[row]) };
         Self {
-            h_s: h_s * halvings(level),
             state: [TORQUE, MOTOR, TWIST, TABLE].map(column),
-            voltage: column(STATES),
+            voltage: [[0.0; LANES], column(STATES)],
             motor: [m0, m1],
             // Hermite: 3τ² - 2τ³ and τ³ - τ².
             motor_end: [combine(6.0, -12.0), combine(-2.0, 6.0)],
             table: [power(STATES + 5, 0), power(STATES + 5, 1)],
+            h_s: h_s * halvings(level),
         }
     }
 }

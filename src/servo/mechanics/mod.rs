@@ -7,21 +7,23 @@
 //! "Exponential integrators", Acta Numerica 19, 2010, section 2).
 //!
 //! Events end a step: the table comes to rest, breaks away, meets or leaves a side of the gap. A step in which one happens is halved
-//! until it is 2⁻¹⁶ of the whole; then the machine changes its mode there. Linear modes: table free to move or stuck, screw in contact or
+//! until it is 2⁻⁸ of the whole; then the machine changes its mode there. Linear modes: table free to move or stuck, screw in contact or
 //! in the gap.
+//!
+//! Nearly every period is one step, its voltages with it; one in which something happens, or that was foreseen badly, is taken
+//! apart ([`motion`]).
 
 mod forces;
 mod ladder;
+mod motion;
 
 use self::forces::{Bristle, Forces, Rub};
-use self::ladder::{Column, LANES, LEVELS, Linear, MOTOR, PLACE, Step, TABLE, TORQUE, TWIST, add, halvings};
+use self::ladder::{Column, LANES, LEVELS, Linear, MOTOR, PLACE, Step, TABLE, TORQUE, TWIST, halvings};
 use super::AxisParameters;
 use super::effects::Effects;
 
-/// Steps are not made shorter than this level for accuracy alone.
-const FINEST_FOR_ERROR: usize = 10;
-/// Most attempted steps in one period: a machine that chatters gets its events where the steps happen to end.
-const MOST_ATTEMPTS: u32 = 4000;
+/// Most radians of the resonance in a step of a machine with events, lest one comes and goes inside it.
+const SWING: f64 = 1.1;
 
 /// One stretch of the period under one voltage.
 #[derive(Debug, Clone)]
@@ -36,27 +38,14 @@ struct Part {
     ladders: [Vec<Step>; 4],
 }
 
-/// The machine of one axis.
-#[allow(clippy::struct_excessive_bools)] // what it has and what it is doing, independent of each other
-#[derive(Debug, Clone)]
-pub(super) struct Machine {
-    linear: Linear,
-    parts: [Part; 2],
-    forces: Forces,
-    /// What changes the speed of the table by more is a miss \[rad/s\].
-    tolerance: f64,
-    /// Half the gap \[rad\]; the gap is between two masses, or kinematic.
-    half_gap: f64,
-    flexible: bool,
-    /// Whether the table's turning points are events.
-    turns: bool,
-    // State.
+/// What the machine is doing.
+#[derive(Debug, Clone, Copy)]
+#[repr(align(64))]
+pub(super) struct State {
     z: Column,
     /// Where the screw rests on the gap: the twist is counted from there \[rad\].
     offset: f64,
     side: f64,
-    free: bool,
-    stuck: bool,
     /// Direction of motion, ±1.
     direction: f64,
     /// Bristles of the friction.
@@ -68,49 +57,57 @@ pub(super) struct Machine {
     friction: f64,
     force: f64,
     table_rate: f64,
-    /// Where in its table the force was found.
-    near: usize,
+    free: bool,
+    stuck: bool,
+}
+
+impl State {
+    /// Angle of the motor from the start \[rad\].
+    #[inline(always)]
+    pub(super) fn motor_rad(&self) -> f64 {
+        self.z[PLACE] + (self.z[TWIST] + self.offset)
+    }
+
+    /// Speed of the motor \[rad/s\].
+    #[inline(always)]
+    pub(super) fn motor_rad_s(&self) -> f64 {
+        self.z[MOTOR]
+    }
+}
+
+/// The machine of one axis.
+#[allow(clippy::struct_excessive_bools)] // what it has, independent of each other
+#[derive(Debug, Clone)]
+pub(super) struct Machine {
+    pub(super) state: State,
     /// Level at which the last part ended.
     level: usize,
+    /// Where in its table the force was found.
+    near: usize,
+    forces: Forces,
+    linear: Linear,
+    /// What changes the speed of the table by more is a miss \[rad/s\].
+    tolerance: f64,
+    /// Half the gap \[rad\]; the gap is between two masses, or kinematic.
+    half_gap: f64,
+    flexible: bool,
+    gapped: bool,
+    follows: bool,
+    /// Whether the voltage switches inside the period.
+    switches: bool,
+    /// Whether the table's turning points are events.
+    turns: bool,
+    /// Whether a period may be one step, and the steps over it by mode.
+    whole: bool,
+    period_s: f64,
+    wholes: [Step; 4],
+    parts: [Part; 2],
 }
 
 /// Pieces of a part: few, and a whole number already.
 #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss)]
 fn whole(pieces: f64) -> u64 {
     pieces as u64
-}
-
-/// A step that was tried.
-struct Trial {
-    z: Column,
-    ripple: [f64; 2],
-    friction: f64,
-    force: f64,
-    bristle: Bristle,
-    /// How far the prediction missed, in tolerances.
-    miss: f64,
-    event: bool,
-    /// At what share of the step, roughly.
-    when: f64,
-}
-
-impl Trial {
-    #[inline(always)]
-    fn found(&mut self, when: f64) {
-        self.event = true;
-        self.when = if when < self.when { when } else { self.when };
-    }
-
-    /// By how many levels a step should be shorter to end before the event.
-    #[inline(always)]
-    fn shorter(&self) -> usize {
-        let (mut levels, mut share) = (1, 0.5);
-        while share > self.when && levels < LEVELS {
-            share *= 0.5;
-            levels += 1;
-        }
-        levels
-    }
 }
 
 impl Machine {
@@ -146,8 +143,7 @@ impl Machine {
         let gapped = flexible && half_gap > 0.0;
         let sticks = matches!(forces.rub, Rub::Coulomb);
         let part = |begin_s: f64, length_s: f64| {
-            // A step is at most a radian of the resonance, lest contact is lost and found again inside it.
-            let swings = if gapped || sticks { (resonance * length_s).ceil() } else { 1.0 };
+            let swings = if gapped || sticks { (resonance * length_s / SWING).ceil() } else { 1.0 };
             let share = (f64::from(effects.integration.substeps) * length_s / period_s).ceil();
             let pieces = swings.max(share).max(1.0);
             let ladders = std::array::from_fn(|mode| {
@@ -163,86 +159,80 @@ impl Machine {
             }
         };
         let switch_s = switch_share * period_s;
-        let mut machine = Self {
-            linear,
-            parts: [part(0.0, switch_s), part(switch_s, period_s - switch_s)],
-            tolerance: effects.integration.tolerance_mm_s / r_g,
-            half_gap,
-            flexible,
-            turns: sticks || (half_gap > 0.0 && !flexible),
+        let parts = [part(0.0, switch_s), part(switch_s, period_s - switch_s)];
+        let switches = parts[0].pieces > 0;
+        let whole = effects.integration.substeps == 1 && (!(gapped || sticks) || resonance * period_s <= SWING);
+        let wholes = std::array::from_fn(|mode| match (whole, parts[0].ladders[mode].first()) {
+            (true, None) => parts[1].ladders[mode].first().copied().unwrap_or(Step::NONE),
+            (true, Some(before)) => {
+                let all = linear.ladder(period_s, mode & 2 != 0, mode & 1 != 0);
+                let after = parts[1].ladders[mode].first().unwrap_or(&Step::NONE);
+                all.first().map_or(Step::NONE, |all| Step::joined(all, before, after))
+            }
+            (false, _) => Step::NONE,
+        });
+        let state = State {
             z: [0.0; LANES],
             offset: 0.0,
             side: 1.0,
-            free: gapped,
-            stuck: sticks,
             direction: 1.0,
             bristle: forces.at_rest(),
             follower: 0.0,
-            ripple: [0.0; 2],
+            ripple: forces.ripple(0.0, 0.0),
             friction: 0.0,
-            force: 0.0,
+            force: forces.force(0.0, 0.0, &mut 0),
             table_rate: 0.0,
-            near: 0,
-            level: 0,
-            forces,
+            free: gapped,
+            stuck: sticks,
         };
-        machine.ripple = machine.forces.ripple(0.0, 0.0);
-        machine.force = machine.forces.force(0.0, 0.0, &mut 0);
-        machine
-    }
-
-    /// Angle of the motor from the start \[rad\].
-    #[inline(always)]
-    pub(super) fn motor_rad(&self) -> f64 {
-        self.z[PLACE] + (self.z[TWIST] + self.offset)
-    }
-
-    /// Speed of the motor \[rad/s\].
-    #[inline(always)]
-    pub(super) fn motor_rad_s(&self) -> f64 {
-        self.z[MOTOR]
+        Self {
+            state,
+            level: 0,
+            near: 0,
+            linear,
+            tolerance: effects.integration.tolerance_mm_s / r_g,
+            half_gap,
+            flexible,
+            gapped,
+            follows: half_gap > 0.0 && !flexible,
+            switches,
+            turns: sticks || (half_gap > 0.0 && !flexible),
+            whole,
+            period_s,
+            wholes,
+            parts,
+            forces,
+        }
     }
 
     /// Place of the table from the start \[rad\].
     #[inline(always)]
-    pub(super) fn table_rad(&self) -> f64 {
-        if self.half_gap > 0.0 && !self.flexible { self.follower } else { self.z[PLACE] }
+    pub(super) fn table_rad(&self, state: &State) -> f64 {
+        if self.follows { state.follower } else { state.z[PLACE] }
     }
 
-    /// Speed of the table \[rad/s\] (of the screw, behind a kinematic gap).
-    pub(super) fn table_rad_s(&self) -> f64 {
-        self.z[TABLE]
-    }
-
-    /// Whether the table sticks.
-    pub(super) fn stuck(&self) -> bool {
-        self.stuck
-    }
-
-    /// Whether the table floats in the gap.
-    pub(super) fn in_gap(&self) -> bool {
-        self.free
+    /// What can be told of the machine beside its positions, in a state under a voltage; torques at the motor shaft.
+    pub(super) fn tell(&self, state: &State, voltage: f64) -> Telling {
+        let friction_nm = if state.stuck {
+            -self.drives(state, &state.z, voltage, state.ripple[0], state.force)
+        } else {
+            state.friction - self.linear.table_viscous * state.z[TABLE]
+        };
+        Telling {
+            table_rad_s: state.z[TABLE],
+            torque_nm: self.torque(&state.z, voltage),
+            ripple_nm: state.ripple[0],
+            friction_nm,
+            force_nm: state.force,
+            stuck: state.stuck,
+            in_gap: state.free,
+        }
     }
 
     /// Torque of the motor under a voltage \[N m\], without ripple.
     #[inline(always)]
-    pub(super) fn torque(&self, voltage: f64) -> f64 {
-        if self.linear.current_rate.is_some() { self.z[TORQUE] } else { self.linear.torque_per_volt * voltage }
-    }
-
-    /// Ripple of the motor's torque \[N m\].
-    pub(super) fn ripple_nm(&self) -> f64 {
-        self.ripple[0]
-    }
-
-    /// Cutting force as a torque at the motor \[N m\].
-    pub(super) fn force_nm(&self) -> f64 {
-        self.force
-    }
-
-    /// Friction on the table, positive where it pushes forward \[N m\].
-    pub(super) fn friction_nm(&self, voltage: f64) -> f64 {
-        if self.stuck { -self.hold(voltage) } else { self.friction - self.linear.table_viscous * self.z[TABLE] }
+    fn torque(&self, z: &Column, voltage: f64) -> f64 {
+        if self.linear.current_rate.is_some() { z[TORQUE] } else { self.linear.torque_per_volt * voltage }
     }
 
     /// Torque from the screw onto the table \[N m\].
@@ -253,252 +243,32 @@ impl Machine {
 
     /// Torque that acts on the table beside friction, were it at rest \[N m\].
     #[inline(always)]
-    fn drives(&self, z: &Column, voltage: f64, ripple: f64, force: f64) -> f64 {
-        let driven = if self.free {
+    fn drives(&self, state: &State, z: &Column, voltage: f64, ripple: f64, force: f64) -> f64 {
+        let driven = if state.free {
             0.0
         } else if self.flexible {
             self.spring(z)
-        } else if self.linear.current_rate.is_some() {
-            z[TORQUE] + ripple
         } else {
-            self.linear.torque_per_volt * voltage + ripple
+            self.torque(z, voltage) + ripple
         };
         driven + force
     }
+}
 
-    #[inline(always)]
-    fn hold(&self, voltage: f64) -> f64 {
-        self.drives(&self.z, voltage, self.ripple[0], self.force)
-    }
-
-    /// Rate of the table's speed times its inertia \[N m\], in motion.
-    #[inline(always)]
-    fn push(&self, z: &Column, voltage: f64, ripple: f64, table: f64) -> f64 {
-        let viscous = if self.flexible {
-            self.linear.table_viscous
-        } else {
-            self.linear.table_viscous + self.linear.motor_viscous
-        };
-        self.drives(z, voltage, ripple, table) - viscous * z[TABLE]
-    }
-
-    /// The side of the gap that a free screw has met, 0 for none.
-    #[inline(always)]
-    fn met(&self, z: &Column) -> f64 {
-        let side = if z[TWIST] > 0.0 { 1.0 } else { -1.0 };
-        let deep = side * z[TWIST] - self.half_gap;
-        let closing = self.linear.damping * side * (z[MOTOR] - z[TABLE]);
-        if deep >= 0.0 && self.linear.stiffness * deep + closing > 0.0 { side } else { 0.0 }
-    }
-
-    /// One period: the voltage of before, and from the switch on the other one.
-    ///
-    /// - `time_s`: when it begins
-    #[inline(always)]
-    pub(super) fn advance(&mut self, before_v: f64, after_v: f64, time_s: f64) {
-        let mut attempts = 0;
-        // Both parts through the same code, which is long.
-        for (index, voltage) in [before_v, after_v].into_iter().enumerate() {
-            let pieces = self.parts[index].pieces;
-            if pieces > 0 {
-                self.run(index, pieces, voltage, time_s, &mut attempts);
-            }
-        }
-    }
-
-    #[inline(always)]
-    fn run(&mut self, index: usize, pieces: u64, voltage: f64, time_s: f64, attempts: &mut u32) {
-        if self.stuck && self.hold(voltage).abs() > self.forces.static_nm {
-            self.change(voltage);
-        }
-        let begin_s = time_s + self.parts[index].begin_s;
-        let end = pieces << LEVELS;
-        let tick_s = self.parts[index].tick_s;
-        let mut near = self.near;
-        let mut at = 0_u64;
-        let mut level = self.level;
-        while at < end {
-            let mode = (usize::from(self.free) << 1) | usize::from(self.stuck);
-            let size = 1_u64 << (LEVELS - level);
-            let step = &self.parts[index].ladders[mode][level];
-            let (h_s, end_s) = (step.h_s, begin_s + (at + size) as f64 * tick_s);
-            let trial = self.attempt(step, voltage, end_s, level, &mut near);
-            *attempts += 1;
-            let rough = *attempts > MOST_ATTEMPTS;
-            if (trial.event && level < LEVELS || trial.miss > 1.0 && level < FINEST_FOR_ERROR) && !rough {
-                level = (level + if trial.event { trial.shorter() } else { 1 }).min(LEVELS);
-                continue;
-            }
-            let before = self.friction + self.force;
-            self.table_rate = (trial.friction + trial.force - before) / h_s;
-            self.z = trial.z;
-            self.ripple = trial.ripple;
-            self.friction = trial.friction;
-            self.force = trial.force;
-            self.bristle = trial.bristle;
-            if self.half_gap > 0.0 && !self.flexible {
-                let place = self.z[PLACE];
-                self.follower = self.follower.max(place - self.half_gap).min(place + self.half_gap);
-            }
-            at += size;
-            if trial.event {
-                self.change(voltage);
-            }
-            // Longer again, where the clock allows and the error is well below the tolerance.
-            while level > 0 && trial.miss < 0.1 && at & ((1 << (LEVELS - level + 1)) - 1) == 0 {
-                level -= 1;
-                if level <= FINEST_FOR_ERROR {
-                    break;
-                }
-            }
-        }
-        self.near = near;
-        self.level = level.min(FINEST_FOR_ERROR);
-    }
-
-    /// Tries one step to `end_s`.
-    #[inline(always)]
-    fn attempt(&self, step: &Step, voltage: f64, end_s: f64, level: usize, near: &mut usize) -> Trial {
-        let h = step.h_s;
-        let start = self.friction + self.force;
-        let foreseen = start + self.table_rate * h;
-        let mut z = self.z;
-        for (column, state) in step.state.iter().zip(self.z) {
-            add(&mut z, column, state);
-        }
-        add(&mut z, &step.voltage, voltage);
-        let rippled = self.forces.ripples();
-        if rippled {
-            add(&mut z, &step.motor[0], self.ripple[0]);
-            add(&mut z, &step.motor[1], self.ripple[1] * h);
-        }
-        let mut trial = Trial {
-            z,
-            ripple: [0.0; 2],
-            friction: 0.0,
-            force: 0.0,
-            bristle: self.bristle,
-            miss: 0.0,
-            event: false,
-            when: 1.0,
-        };
-        let tabled = self.forces.acts_on_table();
-        if tabled {
-            add(&mut trial.z, &step.table[0], start);
-            add(&mut trial.z, &step.table[1], foreseen - start);
-        }
-        if rippled {
-            let angle = trial.z[PLACE] + (trial.z[TWIST] + self.offset);
-            trial.ripple = self.forces.ripple(angle, trial.z[MOTOR]);
-            let value = trial.ripple[0] - self.ripple[0] - self.ripple[1] * h;
-            let slope = (trial.ripple[1] - self.ripple[1]) * h;
-            // A cubic through both ends is right to a hundredth of what a straight line misses.
-            trial.miss = 0.01 * (step.motor_end[0][MOTOR] * value).abs() / self.tolerance;
-            add(&mut trial.z, &step.motor_end[0], value);
-            add(&mut trial.z, &step.motor_end[1], slope);
-        }
-        if tabled {
-            let from = self.z[TABLE];
-            trial.force = self.forces.force(end_s, trial.z[PLACE], near);
-            let gain = step.table[1][TABLE];
-            (trial.friction, trial.bristle) = match self.forces.rub {
-                Rub::None => (0.0, self.bristle),
-                Rub::Coulomb if self.stuck => (0.0, self.bristle),
-                Rub::Coulomb => (self.forces.slipping(self.direction, trial.z[TABLE]), self.bristle),
-                Rub::LuGre => {
-                    let known = foreseen - trial.force;
-                    self.forces.bristles(&self.bristle, from, trial.z[TABLE], gain, known, h)
-                }
-            };
-            let missed = trial.friction + trial.force - foreseen;
-            let miss = (gain * missed).abs() / self.tolerance;
-            trial.miss = if miss > trial.miss { miss } else { trial.miss };
-            add(&mut trial.z, &step.table[1], missed);
-        }
-        self.look(&mut trial, voltage, h, level);
-        trial
-    }
-
-    /// Whether something happens within a step, and about when: where a straight line between its ends would cross zero.
-    #[inline(always)]
-    fn look(&self, trial: &mut Trial, voltage: f64, h: f64, level: usize) {
-        if self.stuck {
-            let drives = self.drives(&trial.z, voltage, trial.ripple[0], trial.force).abs();
-            if drives > self.forces.static_nm {
-                let before = self.hold(voltage).abs();
-                trial.found((self.forces.static_nm - before) / (drives - before));
-            }
-        } else if self.turns {
-            let (from, to) = (self.direction * self.z[TABLE], self.direction * trial.z[TABLE]);
-            if to < 0.0 {
-                trial.found(from / (from - to));
-            } else if level < FINEST_FOR_ERROR {
-                // There and back within the step: a speed that bends upwards stays above its tangents at both ends.
-                let falls = self.direction * self.push(&self.z, voltage, self.ripple[0], self.friction + self.force);
-                let rises =
-                    self.direction * self.push(&trial.z, voltage, trial.ripple[0], trial.friction + trial.force);
-                if falls < 0.0 && rises > 0.0 {
-                    let inertia = self.linear.table_inertia.unwrap_or(self.linear.motor_inertia);
-                    let (falls, rises) = (falls / inertia, rises / inertia);
-                    let at = (to - rises * h - from) / (falls - rises);
-                    if from + falls * at < 0.0 {
-                        trial.found(1.0);
-                    }
-                }
-            }
-        }
-        if self.flexible && self.half_gap > 0.0 {
-            if self.free {
-                let side = self.met(&trial.z);
-                if side != 0.0 {
-                    let (before, after) = (side * self.z[TWIST], side * trial.z[TWIST]);
-                    trial.found((self.half_gap - before) / (after - before));
-                }
-            } else {
-                let after = self.side * self.spring(&trial.z);
-                if after < 0.0 {
-                    let before = self.side * self.spring(&self.z);
-                    trial.found(before / (before - after));
-                }
-            }
-        }
-    }
-
-    /// Changes the mode where an event has been located.
-    #[inline(never)]
-    fn change(&mut self, voltage: f64) {
-        if self.flexible && self.half_gap > 0.0 {
-            if self.free {
-                let side = self.met(&self.z);
-                if side != 0.0 {
-                    self.free = false;
-                    self.side = side;
-                    self.offset = side * self.half_gap;
-                    self.z[TWIST] -= self.offset;
-                }
-            } else if self.side * self.spring(&self.z) < 0.0 {
-                self.free = true;
-                self.z[TWIST] += self.offset;
-                self.offset = 0.0;
-            }
-        }
-        if matches!(self.forces.rub, Rub::Coulomb) {
-            if !self.stuck && self.direction * self.z[TABLE] < 0.0 {
-                self.z[TABLE] = 0.0;
-                if !self.flexible {
-                    self.z[MOTOR] = 0.0;
-                }
-                self.stuck = true;
-            }
-            let hold = self.hold(voltage);
-            if self.stuck && hold.abs() > self.forces.static_nm {
-                self.stuck = false;
-                self.direction = hold.signum();
-            }
-            self.friction = if self.stuck { 0.0 } else { self.forces.slipping(self.direction, self.z[TABLE]) };
-        } else if self.turns && self.direction * self.z[TABLE] < 0.0 {
-            self.direction = -self.direction;
-        }
-        self.table_rate = 0.0;
-    }
+/// What a machine tells of a state.
+pub(super) struct Telling {
+    /// Speed of the table \[rad/s\] (of the screw, behind a kinematic gap).
+    pub(super) table_rad_s: f64,
+    /// Torque of the motor without ripple \[N m\].
+    pub(super) torque_nm: f64,
+    /// Ripple of the motor's torque \[N m\].
+    pub(super) ripple_nm: f64,
+    /// Friction on the table, positive where it pushes forward \[N m\].
+    pub(super) friction_nm: f64,
+    /// Cutting force \[N m\].
+    pub(super) force_nm: f64,
+    /// Whether the table sticks.
+    pub(super) stuck: bool,
+    /// Whether the table floats in the gap.
+    pub(super) in_gap: bool,
 }
