@@ -2,6 +2,7 @@
 
 pub(super) mod deviation;
 mod feedrate;
+mod loads;
 mod path;
 pub(super) mod path_3d;
 pub(super) mod rings;
@@ -33,6 +34,7 @@ pub(super) fn sheet(runs: &[RunData], kind: PlotKind) -> Sheet {
         PlotKind::Path => path::sheet(&runs),
         PlotKind::Contour => time::contour(&runs),
         PlotKind::Feedrate => feedrate::sheet(&runs),
+        PlotKind::Axes => loads::sheet(&runs),
         PlotKind::Voltage => time::voltage(&runs),
         PlotKind::Space => path_3d::of_runs(&runs),
         PlotKind::Search => search::sheet(&runs),
