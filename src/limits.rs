@@ -144,6 +144,15 @@ pub enum Event {
         /// What was found.
         lockup: Lockup,
     },
+    /// The feed override begins to change.
+    OverrideChanged {
+        /// The share of the planned feed that it changes to: 0 is a feed hold.
+        share: f64,
+        /// How long the change takes \[s\].
+        transition_s: f64,
+        /// When \[s\].
+        time_s: f64,
+    },
     /// The user stopped the run.
     Interrupted {
         /// After this sample \[s\].
@@ -158,6 +167,7 @@ impl Event {
             Self::SaturationBegan { time_s, .. }
             | Self::SaturationEnded { time_s, .. }
             | Self::LimitPassed { time_s, .. }
+            | Self::OverrideChanged { time_s, .. }
             | Self::Interrupted { time_s } => *time_s,
             Self::LockedUp { lockup, .. } => lockup.time_s,
         }
@@ -166,7 +176,7 @@ impl Event {
     /// How much it matters.
     pub fn severity(&self) -> Severity {
         match self {
-            Self::SaturationEnded { .. } => Severity::Info,
+            Self::SaturationEnded { .. } | Self::OverrideChanged { .. } => Severity::Info,
             Self::SaturationBegan { .. } | Self::LimitPassed { .. } | Self::Interrupted { .. } => Severity::Warning,
             Self::LockedUp { .. } => Severity::Error,
         }
@@ -190,6 +200,10 @@ impl fmt::Display for Event {
                 lockup.error_mm,
                 lockup.kind
             ),
+            Self::OverrideChanged { share, transition_s, .. } if *share > 0.0 => {
+                write!(f, "feed override: {} % within {transition_s:.4} s", 100.0 * share)
+            }
+            Self::OverrideChanged { transition_s, .. } => write!(f, "feed hold: at rest within {transition_s:.4} s"),
             Self::Interrupted { .. } => f.write_str("interrupted by the user"),
         }
     }

@@ -2,6 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
+use crate::feedrate::OverrideStep;
 use crate::limits::{AXIS_NAMES, Event, LimitCheck, Limits, Peaks, finite_or_null, null_is_infinite};
 use crate::optimize::Step;
 use crate::simulation::{Observer, ObserverError, Period, RunPlan};
@@ -30,6 +31,9 @@ pub struct Summary {
     /// Largest jerk along the path; null where it is infinite (a trapezoidal feed).
     #[serde(serialize_with = "finite_or_null", deserialize_with = "null_is_infinite")]
     pub peak_jerk_mm_s3: f64,
+    /// Changes of the feed override; the key is missing where there are none.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub overrides: Vec<OverrideSummary>,
     /// Exponent of the exponential profile, null for the others.
     pub n_c: Option<f64>,
     /// Largest contouring error, either side.
@@ -62,6 +66,17 @@ pub struct Summary {
     pub recording: Option<String>,
     /// Pattern search for `n_c`, iteration by iteration; null when there was none.
     pub n_c_search: Option<Vec<Step>>,
+}
+
+/// A change of the feed override.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct OverrideSummary {
+    /// When it begins.
+    pub at_s: f64,
+    /// The share of the planned feed that it changes to: 0 is a feed hold.
+    pub percent: f64,
+    /// How long the change takes.
+    pub transition_s: f64,
 }
 
 /// Figures of one axis.
@@ -132,6 +147,7 @@ pub struct SummaryObserver<const A: usize> {
     feed_mm_s: f64,
     peak_accel_mm_s2: f64,
     peak_jerk_mm_s3: f64,
+    overrides: Vec<OverrideSummary>,
     period_s: f64,
     samples: u64,
     max_contour: (f64, f64, f64),
@@ -159,6 +175,7 @@ impl<const A: usize> SummaryObserver<A> {
             feed_mm_s: 0.0,
             peak_accel_mm_s2: 0.0,
             peak_jerk_mm_s3: 0.0,
+            overrides: Vec::new(),
             period_s: 0.0,
             samples: 0,
             max_contour: (0.0, 0.0, 0.0),
@@ -204,6 +221,7 @@ impl<const A: usize> SummaryObserver<A> {
             feed_mm_s: self.feed_mm_s,
             peak_accel_mm_s2: self.peak_accel_mm_s2,
             peak_jerk_mm_s3: self.peak_jerk_mm_s3,
+            overrides: self.overrides.clone(),
             n_c: self.n_c,
             max_contour_error_um,
             max_contour_error_at_s,
@@ -257,6 +275,12 @@ impl<const A: usize> Observer<A> for SummaryObserver<A> {
         self.feed_mm_s = totals.feed_mm_s;
         self.peak_accel_mm_s2 = totals.peaks.accel_mm_s2;
         self.peak_jerk_mm_s3 = totals.peaks.jerk_mm_s3;
+        let figures = |step: &OverrideStep| OverrideSummary {
+            at_s: step.at_s,
+            percent: 100.0 * step.share,
+            transition_s: step.transition_s,
+        };
+        self.overrides = plan.overrides.iter().map(figures).collect();
         self.period_s = plan.settings.period_s;
         Ok(())
     }

@@ -255,15 +255,20 @@ fn bad_input_is_told() {
     }
 }
 
+fn step(at_s: f64, share: f64, transition_s: f64) -> OverrideStep {
+    OverrideStep { at_s, share, transition_s }
+}
+
 #[test]
 fn validates_an_override_against_its_differences_and_keeps_the_path() {
     let planner = AxisLimited::new(planar(150.0, 2000.0, 50_000.0));
     let plan = plan(&planner, &alpha()).motion;
-    let step = |at_s: f64, share: f64| OverrideStep { at_s, share };
     let transition_s = 0.1;
+    let step = |at_s: f64, share: f64| step(at_s, share, transition_s);
     // Half the feed, a hold, and on with the plan.
-    let how = FeedOverride { steps: vec![step(0.1, 0.5), step(0.4, 0.0), step(0.8, 1.0)], transition_s };
+    let how = FeedOverride { steps: vec![step(0.1, 0.5), step(0.4, 0.0), step(0.8, 1.0)] };
     let motion = plan.with_override(&how).unwrap();
+    assert_eq!(motion.overrides(), how.steps);
     // Time lost: a change costs the mean of its ends.
     let lost = 0.1 * 0.25 + 0.2 * 0.5 + 0.1 * 0.75 + 0.3 + 0.1 * 0.5;
     assert!((motion.total_s() - plan.total_s() - lost).abs() < 1e-12, "{} {}", motion.total_s(), plan.total_s());
@@ -271,6 +276,11 @@ fn validates_an_override_against_its_differences_and_keeps_the_path() {
     assert_eq!((held.feed_mm_s, held.accel_mm_s2, held.jerk_mm_s3), (0.0, 0.0, 0.0));
     assert_eq!(motion.at(0.79).s_mm, held.s_mm);
     assert_eq!(motion.at(motion.total_s()).s_mm, alpha().length_mm());
+    // Up to the first change it is the plan, bit by bit.
+    for i in 0..100 {
+        let t = 0.001 * f64::from(i);
+        assert_eq!(motion.at(t), plan.at(t));
+    }
     let h = 1e-6;
     let mut rng = Xoshiro256PlusPlus::seed_from_u64(13);
     for _ in 0..2000 {
@@ -284,20 +294,116 @@ fn validates_an_override_against_its_differences_and_keeps_the_path() {
     }
     // A plan that ends while the pace changes, and one that ends before the next step.
     for at_s in [plan.total_s() - 0.03, plan.total_s() + 1.0] {
-        let late = plan.with_override(&FeedOverride { steps: vec![step(at_s, 0.2)], transition_s }).unwrap();
+        let late = plan.with_override(&FeedOverride { steps: vec![step(at_s, 0.2)] }).unwrap();
         assert!((late.at(late.total_s() - 1e-9).s_mm - alpha().length_mm()).abs() < 1e-6, "{}", late.total_s());
         assert!(late.total_s() >= plan.total_s() && late.total_s() < plan.total_s() + 0.03, "{}", late.total_s());
     }
-    for (steps, transition_s) in [
-        (vec![step(0.1, 0.0)], 0.1),
-        (vec![step(0.1, 0.5), step(0.15, 1.0)], 0.1),
-        (vec![step(-1.0, 0.5)], 0.1),
-        (vec![step(f64::NAN, 0.5)], 0.1),
-        (vec![step(0.1, f64::NAN)], 0.1),
-        (vec![step(0.1, 2.1)], 0.1),
-        (vec![step(0.1, 0.5)], 0.0),
+    // What changes nothing is the plan itself.
+    for steps in [vec![], vec![step(0.1, 1.0), step(0.4, 1.0)], vec![step(plan.total_s() + 0.1, 0.0)]] {
+        let same = plan.with_override(&FeedOverride { steps }).unwrap();
+        assert_eq!((same.overrides(), &same), (&[][..], &plan));
+    }
+}
+
+#[test]
+fn changes_of_the_override_keep_the_limits_on_a_straight_line() {
+    let mut rng = Xoshiro256PlusPlus::seed_from_u64(14);
+    for case in 0..200 {
+        let mut power = |low: f64, high: f64| 10.0_f64.powf(rng.random_range(low..high));
+        let (feed, accel, jerk) = (power(1.0, 2.5), power(2.0, 4.0), power(3.5, 6.0));
+        let line = Motion::plan(1e4, feed, Profile::JerkLimited { accel_mm_s2: accel, jerk_mm_s3: jerk }).unwrap();
+        let shares = [rng.random_range(0.0..1.0), 0.0, rng.random_range(0.1..1.0), 1.0];
+        let (mut steps, mut at_s, mut from) = (Vec::new(), line.phase_s() + 0.01, 1.0);
+        for share in shares {
+            let transition = OverrideStep::shortest_transition_s(share - from, line.feed_mm_s(), accel, jerk);
+            steps.push(step(at_s, share, transition));
+            (at_s, from) = (at_s + transition + 0.1, share);
+        }
+        let end = at_s;
+        let motion = line.with_override(&FeedOverride { steps }).unwrap();
+        let mut largest = [0.0_f64; 3];
+        let mut before = 0.0;
+        for i in 0..=20_000 {
+            let m = motion.at(end * f64::from(i) / 20_000.0);
+            let shares = [m.feed_mm_s / feed, m.accel_mm_s2.abs() / accel, m.jerk_mm_s3.abs() / jerk];
+            (0..3).for_each(|k| largest[k] = largest[k].max(shares[k]));
+            // But for the rounding of the plan's time.
+            assert!(m.s_mm >= before * (1.0 - 1e-14), "case {case}: back at {i}");
+            before = m.s_mm;
+        }
+        assert!(largest.iter().all(|share| *share <= 1.0 + 1e-9), "case {case}: {feed} {accel} {jerk} {largest:?}");
+        assert_eq!(motion.at(motion.total_s()).s_mm, 1e4);
+        // No longer than they must be: one of the limits is met by the changes alone.
+        let mut met = 0.0_f64;
+        for i in 0..=20_000 {
+            let m = motion.at(line.phase_s() + 0.01 + (end - line.phase_s() - 0.01) * f64::from(i) / 20_000.0);
+            met = met.max(m.accel_mm_s2.abs() / accel).max(m.jerk_mm_s3.abs() / jerk);
+        }
+        assert!(met > 0.97, "case {case}: {met}");
+    }
+}
+
+#[test]
+fn overrides_that_cannot_be_are_told() {
+    let plan = Motion::plan(100.0, 100.0, Profile::Quintic { phase_s: 0.1 }).unwrap();
+    let told = |steps: Vec<OverrideStep>| plan.with_override(&FeedOverride { steps }).unwrap_err();
+    for bad in [
+        step(-1.0, 0.5, 0.1),
+        step(f64::NAN, 0.5, 0.1),
+        step(0.1, f64::NAN, 0.1),
+        step(0.1, -0.1, 0.1),
+        step(0.1, 2.1, 0.1),
+        step(0.1, 0.5, 0.0),
+        step(0.1, 0.5, f64::INFINITY),
     ] {
-        let error = plan.with_override(&FeedOverride { steps, transition_s }).unwrap_err();
-        assert!(matches!(error, FeedrateError::OutOfRange { .. }), "{error}");
+        assert!(matches!(told(vec![bad]), FeedrateError::OutOfRange { .. }), "{bad:?}");
+    }
+    assert!(matches!(told(vec![step(0.1, 0.5, 0.1); 1001]), FeedrateError::OutOfRange { .. }));
+    let held = told(vec![step(0.1, 0.5, 0.1), step(0.3, 0.0, 0.1)]);
+    assert_eq!(held, FeedrateError::HeldForEver { step: 1, at_s: 0.3 });
+    let soon = told(vec![step(0.1, 0.5, 0.1), step(0.15, 1.0, 0.1)]);
+    assert!(matches!(soon, FeedrateError::OverrideTooSoon { step: 1, .. }), "{soon}");
+    assert!(matches!(told(vec![step(0.3, 0.5, 0.1), step(0.1, 1.0, 0.1)]), FeedrateError::OverrideTooSoon { .. }));
+}
+
+/// Points on a course whose direction swings without repeating itself.
+fn wandering(count: u32, apart_mm: f64) -> PhSpline {
+    let mut point = Vector2::zeros();
+    let points: Vec<Vector2<f64>> = (0..count)
+        .map(|i| {
+            let x = f64::from(i);
+            let heading = 0.9 * (0.31 * x).sin() + 0.7 * (0.123 * x + 1.0).sin() + 0.4 * (0.77 * x + 2.0).sin();
+            point += Vector2::new(heading.cos(), heading.sin()) * (apart_mm * (1.0 + 0.3 * (0.57 * x).sin()));
+            point
+        })
+        .collect();
+    PhSpline::from_nodal_points(&points, false, None).unwrap()
+}
+
+#[test]
+fn longer_paths_keep_the_limits_and_cost_in_proportion() {
+    let planner = AxisLimited::new(planar(150.0, 2000.0, 50_000.0));
+    let mut iterations = Vec::new();
+    for (count, low, high) in [(32, 310.0, 340.0), (125, 1230.0, 1300.0)] {
+        let path = wandering(count, 10.0);
+        assert!((low..high).contains(&path.length_mm()), "{}", path.length_mm());
+        let plan = plan(&planner, &path);
+        let times = 3 * u32::try_from(plan.grid_points).unwrap();
+        let used = used(&planner, &path, &plan.motion, times);
+        assert!(used.iter().all(|share| *share <= 1.001), "{count}: {used:?}");
+        iterations.push(plan.iterations as f64);
+    }
+    assert!(iterations[1] < 1.6 * iterations[0], "{iterations:?}");
+}
+
+#[test]
+fn regression_limits_far_apart_end_in_a_motion() {
+    // The jumps of the third derivative were judged at a speed of 150 mm/s that this jerk never reaches: every change was one, and the
+    // times were no numbers (or the search for joints did not end).
+    for (jerk, time_s) in [(1e-3, 221.466), (1e-6, 2214.66)] {
+        let planner = AxisLimited::new(planar(150.0, 2000.0, jerk));
+        let total_s = plan(&planner, &alpha()).motion.total_s();
+        // Where jerk alone limits, times go with its cube root.
+        assert!((total_s / time_s - 1.0).abs() < 2e-3, "{jerk}: {total_s}");
     }
 }

@@ -4,11 +4,13 @@ use std::collections::BTreeSet;
 use std::fs;
 
 use nalgebra::Vector2;
-use servosim::feedrate::{Motion, Profile, optimize_n_c};
+use servosim::feedrate::{AxisLimits, Motion, Profile, optimize_n_c};
 use servosim::limits::{LimitCheck, Limits};
 use servosim::optimize::Step;
 use servosim::path::{Circle, Cursor, Line, Path};
-use servosim::report::{Format, MAX_BUCKETS, PlotKind, PlotSample, ReportError, RunData, RunFacts, draw, write_all};
+use servosim::report::{
+    AxisLoads, Format, MAX_BUCKETS, PlotKind, PlotSample, ReportError, RunData, RunFacts, draw, write_all,
+};
 use servosim::servo::{AxisParameters, Drive, LoopSettings, Pdff, Plant};
 use servosim::simulation::Simulation;
 
@@ -66,6 +68,14 @@ const EXPONENTIAL: Profile = Profile::Exponential { phase_s: 0.1, n_c: 8.12 };
 
 fn one() -> RunData {
     simulated("circle", &circle(), 100.0, EXPONENTIAL, 1.0)
+}
+
+/// A run that there is something to draw of in every plot.
+fn with_everything(run: &mut RunData) {
+    let limits = AxisLimits { velocity_mm_s: [100.0; 2], acceleration_mm_s2: [2e3, 1e3], jerk_mm_s3: [5e4, 1e9] };
+    let motion = Motion::plan(circle().length_mm(), 100.0, EXPONENTIAL).unwrap();
+    run.facts_mut().three_axes = true;
+    run.facts_mut().axis_loads = Some(AxisLoads::of(&circle(), &motion, limits));
 }
 
 fn svg(runs: &[RunData], kind: PlotKind) -> String {
@@ -169,7 +179,7 @@ fn axes_limits_and_curves_are_labelled_with_units() {
 fn two_runs_share_the_plots_and_equal_names_are_told_apart() {
     let other = simulated("circle", &circle(), 100.0, Profile::JerkLimited { accel_mm_s2: 2e3, jerk_mm_s3: 5e4 }, 1.4);
     let mut runs = [one(), other];
-    runs.iter_mut().for_each(|run| run.facts_mut().three_axes = true);
+    runs.iter_mut().for_each(with_everything);
     for kind in PlotKind::ALL {
         let document = svg(&runs, kind);
         let said = texts(&document);
@@ -192,7 +202,7 @@ fn a_name_that_is_taken_is_not_given_again() {
 #[test]
 fn names_and_warnings_may_hold_any_character() {
     let mut data = one();
-    data.facts_mut().three_axes = true;
+    with_everything(&mut data);
     data.facts_mut().name = "<b>&\"'\u{1b}\0 x\u{fffe} 日本 \u{202e}".to_owned() + &"long ".repeat(200);
     data.facts_mut().warning = Some("locked up: a < b & c".to_owned());
     data.facts_mut().comparison.as_mut().unwrap().0 = "]]>\u{7}".to_owned();
@@ -207,8 +217,8 @@ fn names_and_warnings_may_hold_any_character() {
 #[test]
 fn the_same_runs_give_the_same_bytes() {
     let (mut first, mut second) = (one(), one());
-    first.facts_mut().three_axes = true;
-    second.facts_mut().three_axes = true;
+    with_everything(&mut first);
+    with_everything(&mut second);
     for kind in PlotKind::ALL {
         let draw = |data: &RunData| draw(std::slice::from_ref(data), kind, Format::Svg).unwrap();
         assert!(draw(&first) == draw(&second), "{kind:?}");
@@ -447,7 +457,7 @@ fn no_run_breaks_a_plot() {
     let runs = awkward();
     for (name, data) in &runs {
         let mut data = data.clone();
-        data.facts_mut().three_axes = true;
+        with_everything(&mut data);
         let data = &data;
         for kind in PlotKind::ALL.into_iter().filter(|kind| kind.applies_to(std::slice::from_ref(data))) {
             let document = svg(std::slice::from_ref(data), kind);
@@ -457,7 +467,7 @@ fn no_run_breaks_a_plot() {
     }
     // All of them over each other.
     let mut all: Vec<RunData> = runs.into_iter().map(|(_, data)| data).collect();
-    all[0].facts_mut().three_axes = true;
+    with_everything(&mut all[0]);
     for kind in PlotKind::ALL {
         assert!(texts(&svg(&all, kind)).iter().any(|t| t.contains("of 31 runs")), "{kind:?}");
     }

@@ -400,3 +400,117 @@ fn line_ends_and_byte_order_marks_change_nothing() {
     let with_mark = format!("\u{feff}kp = 1\n{}", alpha());
     assert!(refusal(&with_mark).to_string().contains("it.toml:1:1\n"));
 }
+
+/// alpha under limits of the axes, with what comes behind them in the file.
+fn limited(rest: &str) -> String {
+    let profile = "[feedrate.profile.axis_limited]\nvelocity_mm_s = [150, 120]\nacceleration_mm_s2 = [2000, 1500]\njerk_mm_s3 = [50000, 40000]\n";
+    altered("[feedrate.profile.exponential]\nphase_s = 0.1\nn_c = 8.12\n", &format!("{profile}{rest}"))
+}
+
+#[test]
+fn a_feed_under_limits_of_the_axes_keeps_them() {
+    let scenario = Scenario::from_toml(&limited(""), "it.toml").unwrap();
+    assert!(scenario.motion.feed_mm_s() <= 100.0 * 1.0001, "{}", scenario.motion.feed_mm_s());
+    let (limits, mut worst) = ([[100.0, 100.0], [2000.0, 1500.0], [50_000.0, 40_000.0]], [0.0_f64; 3]);
+    for period in scenario.simulation().unwrap() {
+        let at = &period.setpoint;
+        for (k, vector) in [at.velocity_mm_s, at.acceleration_mm_s2, at.jerk_vector_mm_s3].into_iter().enumerate() {
+            (0..2).for_each(|axis| worst[k] = worst[k].max(vector[axis].abs() / limits[k][axis]));
+        }
+    }
+    assert!(worst.iter().all(|share| *share <= 1.001) && worst[2] > 0.98, "{worst:?}");
+    // Each wrong value, all at once, even beside a wrong feed.
+    for (from, to) in [("[150, 120]", "[150, 0]"), ("[2000, 1500]", "[nan, 1500]"), ("[50000, 40000]", "[5e4, 1e10]")] {
+        assert_refused(
+            &limited("").replacen(from, to, 1),
+            to,
+            &["is out of range", "from 1e-9 to 1e9", "for X and one for Y"],
+        );
+    }
+    let wrong = limited("")
+        .replacen("feed_mm_s = 100", "feed_mm_s = 0", 1)
+        .replacen("[150, 120]", "[150, 0]", 1)
+        .replacen("[50000, 40000]", "[-1, 1]", 1);
+    assert_eq!(refusal(&wrong).problems().len(), 3, "{}", refusal(&wrong));
+    for to in ["[1]", "[1, 2, 3]", "2000", "true"] {
+        let text = limited("").replacen("[2000, 1500]", to, 1);
+        assert_refused(&text, &format!("{to}\n"), &["`acceleration_mm_s2` must be one number for X and one for Y"]);
+    }
+    assert_refused(
+        &limited("").replacen("[150, 120]", "[1e-3, 1e-3]", 1),
+        "[1e-3",
+        &["grid points", "raise velocity_mm_s"],
+    );
+}
+
+#[test]
+fn a_feed_override_is_read_and_its_mistakes_are_told() {
+    let change = |at_s: &str, percent: &str| format!("[[feedrate.override]]\nat_s = {at_s}\npercent = {percent}\n");
+    let with = |rest: &str| altered("n_c = 8.12\n", &format!("n_c = 8.12\n{rest}"));
+    let plan = Scenario::from_toml(&bare(), "it.toml").unwrap();
+    let turned =
+        Scenario::from_toml(&with(&(change("0.3", "50") + &change("0.6", "0") + &change("0.9", "100"))), "it.toml");
+    let turned = turned.unwrap();
+    let steps = turned.motion.overrides();
+    assert_eq!(
+        steps.iter().map(|step| (step.at_s, step.share)).collect::<Vec<_>>(),
+        [(0.3, 0.5), (0.6, 0.0), (0.9, 1.0)]
+    );
+    // As short as the plan's acceleration and jerk allow, while it cruises at its feed.
+    let peaks = plan.motion.peaks();
+    assert!(turned.motion.peaks().accel_mm_s2 <= peaks.accel_mm_s2 * (1.0 + 1e-9));
+    assert!(turned.motion.peaks().jerk_mm_s3 <= peaks.jerk_mm_s3 * (1.0 + 1e-9));
+    let shortest = (1.875_f64 * 50.0 / peaks.accel_mm_s2).max((5.773_502_69 * 50.0 / peaks.jerk_mm_s3).sqrt());
+    assert!((steps[0].transition_s / shortest - 1.0).abs() < 1e-9, "{steps:?} {shortest}");
+    // The path is the same, and its end is reached; the summary and the log tell of every change.
+    let summary = turned.run(&mut []).unwrap();
+    assert_eq!(summary.path_length_mm, plan.path.length_mm());
+    assert_eq!(summary.overrides.iter().map(|change| change.percent).collect::<Vec<_>>(), [50.0, 0.0, 100.0]);
+    assert!(!serde_json::to_string(&plan.run(&mut []).unwrap()).unwrap().contains("overrides"));
+    let last = turned.simulation().unwrap().last().unwrap().setpoint;
+    assert_eq!(last.position_mm, plan.simulation().unwrap().last().unwrap().setpoint.position_mm);
+    assert!(turned.simulation().unwrap().is_sorted_by(|a, b| a.setpoint.s_mm <= b.setpoint.s_mm));
+    // 100 % is the plan, bit by bit.
+    let same = Scenario::from_toml(&with(&change("0.3", "100")), "it.toml").unwrap();
+    assert_eq!(same.motion, plan.motion);
+    assert!(plan.simulation().unwrap().eq(same.simulation().unwrap()));
+    // As one line.
+    let line = altered(
+        "feed_mm_s = 100\n",
+        "feed_mm_s = 100\noverride = [{ at_s = 0.3, percent = 50, transition_s = 0.2 }]\n",
+    );
+    assert_eq!(Scenario::from_toml(&line, "it.toml").unwrap().motion.overrides()[0].transition_s, 0.2);
+
+    assert_refused(
+        &with(&change("0.3", "0")),
+        "0\n[control]",
+        &["the feed hold at 0.3 s is never ended", "percent = 100"],
+    );
+    let soon = with(&(change("0.3", "0") + &change("0.31", "100")));
+    assert_refused(&soon, "0.31", &["cannot change at 0.31 s: the change before it takes until", "transition_s"]);
+    assert_refused(&with(&change("-1", "50")), "-1", &["at_s = -1 is out of range", "such as 0.4"]);
+    assert_refused(&with(&change("nan", "50")), "nan", &["at_s = NaN is out of range"]);
+    assert_refused(&with(&change("0.3", "201")), "201", &["percent = 201 is out of range", "0 holds the feed"]);
+    assert_refused(&with(&change("0.3", "nan")), "nan", &["percent = NaN is out of range"]);
+    let transition = |value: &str| with(&format!("{}transition_s = {value}\n", change("0.3", "50")));
+    assert_refused(&transition("0"), "0\n[control]", &["transition_s = 0 is out of range", "leave the key out"]);
+    assert_refused(&with("[[feedrate.override]]\nat_s = 0.3\n"), "[[feedrate", &["`percent` is missing"]);
+    assert_refused(&with(&(change("0.3", "50") + "share = 2\n")), "share", &["unknown key `share`", "`percent`"]);
+    assert_refused(&limited(&change("0.3", "120")), "120\n[control]", &["from 0 to 100", "above 100 %"]);
+    // Under limits of the axes the changes take longer where the plan leaves little of them.
+    let held = limited(&(change("0.25", "0") + &change("3", "100"))).replacen("feed_mm_s = 100", "feed_mm_s = 150", 1);
+    let held = Scenario::from_toml(&held, "it.toml").unwrap();
+    let mut worst = [0.0_f64; 2];
+    for period in held.simulation().unwrap() {
+        let at = &period.setpoint;
+        for axis in 0..2 {
+            worst[0] = worst[0].max(at.acceleration_mm_s2[axis].abs() / [2000.0, 1500.0][axis]);
+            worst[1] = worst[1].max(at.jerk_vector_mm_s3[axis].abs() / [50_000.0, 40_000.0][axis]);
+        }
+    }
+    assert!(worst[0] <= 1.002 && worst[1] <= 1.06, "{worst:?}");
+    // Many at once: all told.
+    assert_eq!(refusal(&with(&(change("-1", "50") + &change("0.5", "300")))).problems().len(), 2);
+    let many = refusal(&with(&change("0.3", "50").repeat(1001))).to_string();
+    assert!(many.contains("changes 1001 times; at most 1000"), "{many}");
+}

@@ -7,8 +7,8 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use clap::{Args, ValueEnum};
 use servosim::feedrate::{Motion, Profile, optimize_n_c};
 use servosim::recording::{Recording, Sample, Third};
-use servosim::report::{self, PlotSample, RunData, RunFacts};
-use servosim::scenario::{Document, FeedProfile};
+use servosim::report::{self, AxisLoads, PlotSample, RunData, RunFacts};
+use servosim::scenario::{Document, FeedProfile, Scenario};
 
 use super::output::{make_folder, note};
 use super::{CliError, Outcome};
@@ -173,16 +173,20 @@ fn facts(path: &Path, recording: &Recording) -> RunFacts {
         facts.n_c = summary.n_c;
         facts.n_c_search = summary.n_c_search;
     }
-    facts.comparison = recording.scenario.as_deref().and_then(comparison);
+    let scenario =
+        recording.scenario.as_deref().and_then(|text| Document::from_text(text, "recording").scenario().ok());
+    if let Some(scenario) = &scenario {
+        facts.comparison = comparison(scenario);
+        facts.axis_loads = axis_loads(scenario);
+    }
     facts
 }
 
 /// The other of the paper's two profiles, along the same path in the same time: the plain quintic, or for a quintic the
-/// exponential one with the lowest jerk. None where the scenario cannot be read any more, and for motions under axis limits.
-fn comparison(scenario: &str) -> Option<(String, Motion)> {
-    let scenario = Document::from_text(scenario, "recording").scenario().ok()?;
+/// exponential one with the lowest jerk. None for motions under axis limits or a feed override.
+fn comparison(scenario: &Scenario) -> Option<(String, Motion)> {
     let (length_mm, feed) = (scenario.motion.length_mm(), scenario.feed_mm_s);
-    if let FeedProfile::AxisLimited(_) = scenario.profile {
+    if matches!(scenario.profile, FeedProfile::AxisLimited(_)) || !scenario.motion.overrides().is_empty() {
         return None;
     }
     if let FeedProfile::Phases(Profile::Quintic { phase_s }) = scenario.profile {
@@ -193,6 +197,14 @@ fn comparison(scenario: &str) -> Option<(String, Motion)> {
     let phase_s = scenario.motion.phase_s();
     let motion = Motion::plan(length_mm, feed, Profile::Quintic { phase_s }).ok()?;
     Some(("plain quintic".to_owned(), motion))
+}
+
+/// What a motion under limits of the axes asks of them.
+fn axis_loads(scenario: &Scenario) -> Option<AxisLoads> {
+    match scenario.profile {
+        FeedProfile::AxisLimited(limits) => Some(AxisLoads::of(&*scenario.path, &scenario.motion, limits)),
+        FeedProfile::Phases(_) => None,
+    }
 }
 
 #[cfg(test)]

@@ -10,6 +10,9 @@ use super::output::{figure, margin, percent, printable, short};
 /// Label, value, unit and remark.
 pub(crate) type Row = (&'static str, String, &'static str, String);
 
+/// How many changes of the feed override are told one by one.
+const LISTED_OVERRIDES: usize = 10;
+
 /// The table, ending in a newline.
 pub(crate) fn table(summary: &Summary) -> String {
     let mut out = format!("{}\n\n", printable(&summary.scenario));
@@ -63,7 +66,7 @@ fn plan(summary: &Summary) -> Vec<Row> {
         (Some(n_c), None) => format!("n_c = {}", short(n_c, 5)),
         (None, _) => String::new(),
     };
-    vec![
+    let mut rows = vec![
         row("path length", summary.path_length_mm, 8, "mm"),
         row("largest curvature", summary.max_curvature_1_mm, 6, "1/mm"),
         row("motion time", summary.motion_time_s, 7, "s"),
@@ -71,7 +74,17 @@ fn plan(summary: &Summary) -> Vec<Row> {
         row("feed reached", summary.feed_mm_s, 6, "mm/s"),
         row("peak acceleration", summary.peak_accel_mm_s2, 5, "mm/s²"),
         ("peak jerk", figure(summary.peak_jerk_mm_s3, 5), "mm/s³", exponent),
-    ]
+    ];
+    for change in summary.overrides.iter().take(LISTED_OVERRIDES) {
+        let label = if change.percent > 0.0 { "feed override" } else { "feed hold" };
+        let when = format!("from {} s on, within {} s", short(change.at_s, 6), short(change.transition_s, 4));
+        rows.push((label, short(change.percent, 4), "%", when));
+    }
+    let more = summary.overrides.len().saturating_sub(LISTED_OVERRIDES);
+    if more > 0 {
+        rows.push(("further changes", more.to_string(), "", "of the feed override".to_owned()));
+    }
+    rows
 }
 
 /// What came of it.

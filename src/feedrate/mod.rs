@@ -2,7 +2,8 @@
 //!
 //! A [`Phase`] takes the feed from rest to the commanded feed; [`Motion`] strings acceleration, cruise and the mirrored
 //! deceleration together along a path of a given length. [`LookAhead`] does so along a stream of pieces with
-//! their own limits, and [`AxisLimited`] as fast as every axis of the machine can. [`FeedOverride`] runs any of them at another pace. Feedrate `V` in mm/s, phase length `T` in s, `τ = t/T ∈ [0, 1]`.
+//! their own limits, and [`AxisLimited`] as fast as every axis of the machine can. [`FeedOverride`] runs any of them at another pace.
+//! Feedrate `V` in mm/s, phase length `T` in s, `τ = t/T ∈ [0, 1]`.
 //!
 //! | profile | acceleration | source |
 //! |---|---|---|
@@ -25,6 +26,7 @@ mod span;
 pub use axis_limited::{AxisLimited, AxisLimitedPlan, AxisLimits, MAX_GRID_POINTS, PathShape};
 pub use bernstein::{BernsteinPhase, FeedState};
 pub use exponential::{ExponentialPhase, N_C_RANGE};
+pub(crate) use feed_override::Turning;
 pub use feed_override::{FeedOverride, MAX_OVERRIDE, MAX_OVERRIDE_STEPS, OverrideStep};
 pub use jerk_limited::JerkLimitedPhase;
 pub use look_ahead::{LookAhead, MAX_LOOK_AHEAD, PathPiece};
@@ -78,6 +80,24 @@ pub enum FeedrateError {
         turn_rad: f64,
         /// Jump of the curvature \[1/mm\].
         curvature_1_mm: f64,
+    },
+    /// A feed override changes while it still changes.
+    #[error("the feed override cannot change at {at_s} s: the change before it takes until {ready_s:.6} s")]
+    OverrideTooSoon {
+        /// Which step, from 0.
+        step: usize,
+        /// When it was to begin \[s\].
+        at_s: f64,
+        /// When the one before is over \[s\].
+        ready_s: f64,
+    },
+    /// A feed hold that nothing ends.
+    #[error("the feed hold at {at_s} s is never ended: the motion would not reach the end of its path")]
+    HeldForEver {
+        /// Which step, from 0.
+        step: usize,
+        /// When it begins \[s\].
+        at_s: f64,
     },
 }
 

@@ -3,7 +3,7 @@
 use std::sync::Arc;
 
 use super::axis_limited::Planned;
-use super::feed_override::{FeedOverride, Overridden};
+use super::feed_override::{FeedOverride, Overridden, OverrideStep};
 use super::phase::{MotionPeaks, MotionSample, Phase};
 use super::{BernsteinPhase, ExponentialPhase, FeedState, FeedrateError, JerkLimitedPhase, positive};
 
@@ -80,14 +80,22 @@ impl Motion {
         Self { law, phase_s: 0.5 * total_s, phase_mm: 0.5 * length_mm, cruise_s: 0.0, feed_mm_s, length_mm, total_s }
     }
 
-    /// The same motion under a feed override.
+    /// The same motion under a feed override; this very motion where that changes nothing.
     ///
     /// # Errors
     /// A transition that is not between 1e-9 and 1e9, steps out of order or range, or a hold that is never ended.
     pub fn with_override(&self, how: &FeedOverride) -> Result<Self, FeedrateError> {
-        let motion = Overridden::new(self.clone(), how)?;
+        let Some(motion) = Overridden::new(self.clone(), how)? else { return Ok(self.clone()) };
         let (total_s, length_mm, feed_mm_s) = (motion.total_s(), motion.length_mm(), motion.peaks().feed_mm_s);
         Ok(Self::without_phases(Law::Overridden(Arc::new(motion)), total_s, length_mm, feed_mm_s))
+    }
+
+    /// The changes of the feed override that take place on the way.
+    pub fn overrides(&self) -> &[OverrideStep] {
+        match &self.law {
+            Law::Overridden(motion) => motion.steps(),
+            Law::Phases(_) | Law::Planned(_) => &[],
+        }
     }
 
     /// Plans a motion along `length_mm` at `feed_mm_s`.
@@ -188,7 +196,7 @@ impl Motion {
         let accelerate = match &self.law {
             Law::Phases(accelerate) => accelerate,
             Law::Planned(planned) => return if t_s > 0.0 { planned.at(t_s) } else { planned.at(0.0) },
-            Law::Overridden(motion) => return if t_s > 0.0 { motion.at(t_s) } else { MotionSample::default() },
+            Law::Overridden(motion) => return motion.at(t_s),
         };
         let after = t_s - self.phase_s;
         if after < 0.0 {

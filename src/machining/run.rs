@@ -268,6 +268,7 @@ impl<I: Iterator<Item = Result<Block, NcError>>> ProgramRun<I> {
             settings: &settings,
             axes: &axes,
             limits,
+            overrides: &[],
             samples: facts.samples,
         };
         drive(self, &plan, stop, observers)

@@ -1,8 +1,10 @@
 //! What plots are drawn from: the facts of a run and its signals, thinned to a bounded number of samples on the way.
 
-use crate::feedrate::Motion;
+use crate::feedrate::{AxisLimits, Motion};
+use crate::interpolator::Setpoint;
 use crate::limits::LimitCheck;
 use crate::optimize::Step;
+use crate::path::{Cursor, Path};
 use crate::simulation::{Observer, ObserverError, Period, Place, RunPlan};
 
 /// Most buckets that a run is kept in. Up to this many samples every one is kept.
@@ -39,8 +41,61 @@ pub struct RunFacts {
     pub n_c_search: Option<Vec<Step>>,
     /// Another motion to compare the feed with, and its name ("plain quintic").
     pub comparison: Option<(String, Motion)>,
+    /// What the motion asks of the axes, where it is planned under limits of theirs.
+    pub axis_loads: Option<AxisLoads>,
     /// What the reader must be told under every title: that an axis locked up, that the run was cut short.
     pub warning: Option<String>,
+}
+
+/// What a motion along a path asks of X and Y, and what they can do.
+#[derive(Debug, Clone, PartialEq)]
+pub struct AxisLoads {
+    /// The limits.
+    pub limits: AxisLimits<2>,
+    /// The motion, at evenly spaced times.
+    pub samples: Vec<AxisLoad>,
+}
+
+/// Motion of the axes at a time.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct AxisLoad {
+    /// Time \[s\].
+    pub time_s: f64,
+    /// Velocities \[mm/s\].
+    pub velocity_mm_s: [f64; 2],
+    /// Accelerations \[mm/s²\].
+    pub acceleration_mm_s2: [f64; 2],
+    /// Jerks \[mm/s³\].
+    pub jerk_mm_s3: [f64; 2],
+}
+
+impl AxisLoads {
+    /// Times that a motion is looked at.
+    const TIMES: u32 = 4000;
+
+    /// Those of a motion along a path.
+    pub fn of(path: &dyn Path<2>, motion: &Motion, limits: AxisLimits<2>) -> Self {
+        let mut cursor = Cursor::default();
+        let load = |i: u32| {
+            let time_s = motion.total_s() * f64::from(i) / f64::from(Self::TIMES);
+            let m = motion.at(time_s);
+            let setpoint = Setpoint::of(time_s, &m, &path.frame(m.s_mm, &mut cursor));
+            AxisLoad {
+                time_s,
+                velocity_mm_s: setpoint.velocity_mm_s.into(),
+                acceleration_mm_s2: setpoint.acceleration_mm_s2.into(),
+                jerk_mm_s3: setpoint.jerk_vector_mm_s3.into(),
+            }
+        };
+        Self { limits, samples: (0..=Self::TIMES).map(load).filter(AxisLoad::is_drawable).collect() }
+    }
+}
+
+impl AxisLoad {
+    fn is_drawable(&self) -> bool {
+        let all = [self.velocity_mm_s, self.acceleration_mm_s2, self.jerk_mm_s3];
+        self.time_s.abs() <= LARGEST && all.iter().flatten().all(|value| value.abs() <= LARGEST)
+    }
 }
 
 /// The plotted signals of one control period.

@@ -9,6 +9,7 @@
 //! | [`PlotKind::Path`] | desired path, actual path, and the contouring error drawn large, at equal scale of both axes |
 //! | [`PlotKind::Contour`] | contouring error over time, its limit, its largest value |
 //! | [`PlotKind::Feedrate`] | feed, acceleration and jerk over time with their limits, beside another profile |
+//! | [`PlotKind::Axes`] | velocity, acceleration and jerk of every axis beside its limits, of a motion that is planned under such limits |
 //! | [`PlotKind::Voltage`] | voltage of every axis with the saturation band |
 //! | [`PlotKind::Space`] | path of a machine with three axes in three dimensions, coloured by its contouring error |
 //! | [`PlotKind::Search`] | pattern search for `n_c`: objective, best point, mesh size and evaluations over iterations |
@@ -47,7 +48,7 @@ use std::path::PathBuf;
 
 use crate::optimize::Step;
 
-pub use data::{MAX_BUCKETS, PlotSample, RunData, RunFacts};
+pub use data::{AxisLoad, AxisLoads, MAX_BUCKETS, PlotSample, RunData, RunFacts};
 pub use files::{write_all, write_file};
 pub use loops::write_loops;
 pub use machining::{
@@ -65,6 +66,8 @@ pub enum PlotKind {
     Contour,
     /// Feed, acceleration and jerk over time.
     Feedrate,
+    /// Velocity, acceleration and jerk of the axes over time, with their limits.
+    Axes,
     /// Voltages over time.
     Voltage,
     /// Path in three dimensions.
@@ -75,7 +78,8 @@ pub enum PlotKind {
 
 impl PlotKind {
     /// Every plot, in the order in which [`write_all`] writes them.
-    pub const ALL: [Self; 6] = [Self::Path, Self::Contour, Self::Feedrate, Self::Voltage, Self::Space, Self::Search];
+    pub const ALL: [Self; 7] =
+        [Self::Path, Self::Contour, Self::Feedrate, Self::Axes, Self::Voltage, Self::Space, Self::Search];
 
     /// Name in file names.
     pub fn name(self) -> &'static str {
@@ -83,6 +87,7 @@ impl PlotKind {
             Self::Path => "path",
             Self::Contour => "contour",
             Self::Feedrate => "feedrate",
+            Self::Axes => "axes",
             Self::Voltage => "voltage",
             Self::Space => "space",
             Self::Search => "search",
@@ -94,6 +99,7 @@ impl PlotKind {
         match self {
             Self::Search => "no run has a pattern search",
             Self::Space => "no run has a third axis",
+            Self::Axes => "no run is planned under limits of the axes",
             _ => "no run was given",
         }
     }
@@ -103,6 +109,7 @@ impl PlotKind {
     pub fn applies_to(self, runs: &[RunData]) -> bool {
         match self {
             Self::Search => runs.iter().any(|run| run.facts().n_c_search.as_ref().is_some_and(|s| !s.is_empty())),
+            Self::Axes => runs.iter().any(|run| run.facts().axis_loads.is_some()),
             Self::Space => runs.iter().any(|run| run.facts().three_axes),
             _ => !runs.is_empty(),
         }

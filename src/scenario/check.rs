@@ -4,13 +4,14 @@ use std::ops::Range;
 
 use toml::Spanned;
 
+use super::check_feed::{axis_limited, overridden};
 use super::diagnostics::Diagnostic;
 use super::file::{
-    RawAxis, RawAxisLimited, RawControl, RawDerivative, RawDrive, RawExponent, RawFeedrate, RawLimits, RawPdff,
-    RawPlant, RawProfile, RawScenario,
+    RawAxis, RawControl, RawDerivative, RawDrive, RawExponent, RawFeedrate, RawLimits, RawPdff, RawPlant, RawProfile,
+    RawScenario,
 };
 use super::{FeedProfile, Scenario, check_drive, check_path};
-use crate::feedrate::{AxisLimits, FeedrateError, Motion, Profile, optimize_n_c};
+use crate::feedrate::{FeedrateError, Motion, Profile, optimize_n_c};
 use crate::limits::Limits;
 use crate::optimize::Outcome;
 use crate::path::Path;
@@ -34,7 +35,10 @@ pub(super) fn scenario(raw: &RawScenario, default_name: &str, source: &str) -> R
     let name = name(raw.name.as_ref(), default_name, &mut problems);
     let path = check_path::path(&raw.path).map_err(|mut found| problems.append(&mut found)).ok();
     let length_mm = path.as_ref().map_or(ANY_LENGTH_MM, |path| path.length_mm());
-    let feedrate = feedrate(&raw.feedrate, length_mm, path.as_deref(), &mut problems);
+    let feedrate =
+        feedrate(&raw.feedrate, length_mm, path.as_deref(), &mut problems).and_then(|(motion, profile, search)| {
+            Some((overridden(&raw.feedrate, &motion, profile, path.as_deref(), &mut problems)?, profile, search))
+        });
     let settings = control(&raw.control, &mut problems);
     let axes = [("x", &raw.axes.x), ("y", &raw.axes.y)].map(|(name, raw)| axis(name, raw, &mut problems));
     let drives = [("x", &raw.axes.x), ("y", &raw.axes.y)];
@@ -114,7 +118,7 @@ pub(super) fn name(raw: Option<&Spanned<String>>, default_name: &str, problems: 
     name.clone()
 }
 
-fn of_feedrate(error: &FeedrateError, span: Range<usize>) -> Diagnostic {
+pub(super) fn of_feedrate(error: &FeedrateError, span: Range<usize>) -> Diagnostic {
     Diagnostic::new(error.to_string()).at(span).help(match error {
         FeedrateError::OutOfRange { name: "n_c", .. } => {
             "n_c is usually 5 to 10; n_c = \"optimize\" finds the one with the lowest peak jerk"
@@ -124,6 +128,18 @@ fn of_feedrate(error: &FeedrateError, span: Range<usize>) -> Diagnostic {
         FeedrateError::OutOfRange { name: "velocity_mm_s" | "acceleration_mm_s2" | "jerk_mm_s3", .. } => {
             "give a positive number for X and one for Y, such as acceleration_mm_s2 = [2000, 2000]"
         }
+        FeedrateError::OutOfRange { name: "grid points", .. } => {
+            "the path is too long for the way on which these limits are reached: raise velocity_mm_s or jerk_mm_s3, or lower acceleration_mm_s2"
+        }
+        FeedrateError::OutOfRange { name: "motion time", .. } => {
+            "limits that a machine has: some 100 mm/s, some 1000 mm/s² and some 10000 mm/s³"
+        }
+        FeedrateError::OutOfRange { name: "at_s", .. } => "give the time in seconds from the start of the run, such as 0.4",
+        FeedrateError::OutOfRange { name: "transition_s", .. } => {
+            "give the length of the change in seconds, such as 0.1, or leave the key out"
+        }
+        FeedrateError::OverrideTooSoon { .. } => "put it later, or shorten the change before it with transition_s",
+        FeedrateError::HeldForEver { .. } => "end the hold with a later [[feedrate.override]] that has percent = 100",
         FeedrateError::OutOfRange { .. } => "give a positive number, such as accel_mm_s2 = 2000, jerk_mm_s3 = 50000",
         FeedrateError::NotMonotone { .. } => {
             "lower n_c, shorten phase_s or raise feed_mm_s; or use [feedrate.profile.quintic]"
@@ -135,7 +151,7 @@ fn of_feedrate(error: &FeedrateError, span: Range<usize>) -> Diagnostic {
 }
 
 /// Motion, profile, and the search for its exponent.
-type Planned = (Motion, FeedProfile, Option<Outcome>);
+pub(super) type Planned = (Motion, FeedProfile, Option<Outcome>);
 
 fn feedrate(raw: &RawFeedrate, length_mm: f64, path: Option<&dyn Path<2>>, problems: &mut Problems) -> Option<Planned> {
     let before = problems.len();
@@ -159,7 +175,7 @@ fn feedrate(raw: &RawFeedrate, length_mm: f64, path: Option<&dyn Path<2>>, probl
             (None, None)
         }
         RawProfile::AxisLimited(raw) => {
-            return if problems.len() > before { None } else { axis_limited(raw, feed_mm_s, path, problems) };
+            return axis_limited(raw, feed_mm_s, path.filter(|_| problems.len() == before), problems);
         }
     };
     if let Some(phase) = phase {
@@ -203,39 +219,6 @@ fn feedrate(raw: &RawFeedrate, length_mm: f64, path: Option<&dyn Path<2>>, probl
     match Motion::plan(length_mm, feed_mm_s, profile) {
         Err(error) => problems.push(of_feedrate(&error, place)),
         Ok(motion) => return Some((motion, FeedProfile::Phases(profile), search)),
-    }
-    None
-}
-
-/// The motion under axis limits, and none while the path is not known.
-fn axis_limited(
-    raw: &RawAxisLimited,
-    feed_mm_s: f64,
-    path: Option<&dyn Path<2>>,
-    problems: &mut Problems,
-) -> Option<Planned> {
-    let before = problems.len();
-    for (name, point) in [
-        ("velocity_mm_s", &raw.velocity_mm_s),
-        ("acceleration_mm_s2", &raw.acceleration_mm_s2),
-        ("jerk_mm_s3", &raw.jerk_mm_s3),
-    ] {
-        if let Some(error) = point.get_ref().0.iter().find_map(|&value| crate::feedrate::positive(name, value).err()) {
-            problems.push(of_feedrate(&error, point.span()));
-        }
-    }
-    if problems.len() > before {
-        return None;
-    }
-    let limits = AxisLimits {
-        velocity_mm_s: raw.velocity_mm_s.get_ref().0,
-        acceleration_mm_s2: raw.acceleration_mm_s2.get_ref().0,
-        jerk_mm_s3: raw.jerk_mm_s3.get_ref().0,
-    };
-    let profile = FeedProfile::AxisLimited(limits);
-    match profile.motion(path?, feed_mm_s) {
-        Ok(motion) => return Some((motion, profile, None)),
-        Err(error) => problems.push(of_feedrate(&error, raw.velocity_mm_s.span())),
     }
     None
 }

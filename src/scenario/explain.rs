@@ -219,7 +219,14 @@ fn wrong_type(form: &Form, message: &str, key: &str) -> Diagnostic {
         }
         "a boolean" => ("true or false", "write true or false, without quotes"),
         "an array of length 2" => ("two numbers", "one for u and one for v, such as [3, 3]"),
+        "a sequence" if key.contains("override") => {
+            ("a list of tables", "write [[feedrate.override]] headers, each with at_s and percent below it")
+        }
         "a sequence" => ("a list of points", "write a list of points: [[x, y], [x, y], …]"),
+        // Limits of the axes: the only pairs that are no points.
+        POINT if key.contains("_mm_s") => {
+            ("one number for X and one for Y", "write a list of two, such as [2000, 2000]")
+        }
         POINT => ("[x, y]", "a point is two numbers in mm: [12.5, -3]"),
         POINT3 => ("[x, y, z]", "a point is three numbers in mm: [12.5, -3, 40]"),
         _ if needed.starts_with("struct ") => ("a table", "write a [table] header with its keys below it"),

@@ -105,6 +105,26 @@ pub(super) struct RawFeedrate {
     /// How the feed is reached: exactly one of `linear`, `cubic`, `quintic`, `exponential`, `jerk_limited` and
     /// `axis_limited`.
     pub(super) profile: RawProfile,
+    /// How the feed override is turned during the run, in the order of time: 100 % until the first of them.
+    #[serde(default, rename = "override")]
+    #[schemars(with = "Vec<RawOverride>", rename = "override")]
+    pub(super) feed_override: Vec<RawOverride>,
+}
+
+/// From a time on, another share of the planned feed; 0 % is a feed hold, which a later one must end.
+#[derive(Debug, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub(super) struct RawOverride {
+    /// When the feed begins to change, in s from the start of the run.
+    #[schemars(with = "f64", range(min = 0))]
+    pub(super) at_s: Spanned<f64>,
+    /// Share of the planned feed that it changes to: 0 (feed hold) to 200, to 100 under limits of the axes.
+    #[schemars(with = "f64", range(min = 0, max = 200))]
+    pub(super) percent: Spanned<f64>,
+    /// How long the change takes, in s. Default: as short as the acceleration and jerk of the planned motion allow at its
+    /// highest feed; under limits of the axes longer where needed, so that they keep them (their jerks to 5 %).
+    #[schemars(with = "Option<f64>", extend("exclusiveMinimum" = 0))]
+    pub(super) transition_s: Option<Spanned<f64>>,
 }
 
 /// How the feed is reached and left.

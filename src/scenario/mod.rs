@@ -41,6 +41,7 @@
 mod check;
 mod check_contour;
 mod check_drive;
+mod check_feed;
 mod check_part;
 mod check_path;
 mod check_surface;
@@ -89,7 +90,7 @@ pub struct Scenario {
     pub path: Arc<dyn Path<2>>,
     /// Commanded feed \[mm/s\]; [`Motion::feed_mm_s`] is the one that is reached.
     pub feed_mm_s: f64,
-    /// The motion along the path, planned from `feed_mm_s`, `profile` and the path's length.
+    /// The motion along the path, planned from `feed_mm_s`, `profile` and the path, under the feed override.
     pub motion: Motion,
     /// How the feed is reached and left.
     pub profile: FeedProfile,

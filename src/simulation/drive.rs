@@ -30,6 +30,7 @@ pub(crate) fn drive<const A: usize, P: Periods<A>>(
         observer.begin(plan).map_err(SimulationError::Observer)?;
     }
     let mut place = None;
+    let mut overrides = plan.overrides.iter().peekable();
     while let Some((period, here)) = periods.next_period()? {
         if !(period.contour_error_um.is_finite() && period.tracking_error_um.is_finite()) {
             return Err(SimulationError::Diverged { time_s: period.time_s }.into());
@@ -48,6 +49,13 @@ pub(crate) fn drive<const A: usize, P: Periods<A>>(
         monitor.watch(&period, &mut |event| {
             observers.iter_mut().try_for_each(|o| o.event(event).map_err(SimulationError::Observer))
         })?;
+        while let Some(step) = overrides.next_if(|step| step.at_s <= period.time_s) {
+            let (share, transition_s) = (step.share, step.transition_s);
+            let event = Event::OverrideChanged { share, transition_s, time_s: period.time_s };
+            for observer in observers.iter_mut() {
+                observer.event(&event).map_err(SimulationError::Observer)?;
+            }
+        }
         let more = period.k + 1 < plan.samples;
         if more && stop.is_some_and(|stop| stop.load(Ordering::Relaxed)) {
             let event = Event::Interrupted { time_s: period.time_s };

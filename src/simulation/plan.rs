@@ -4,7 +4,7 @@ use std::fmt;
 
 use nalgebra::SVector;
 
-use crate::feedrate::{Motion, MotionPeaks};
+use crate::feedrate::{Motion, MotionPeaks, OverrideStep};
 use crate::limits::Limits;
 use crate::path::Path;
 use crate::servo::{AxisParameters, LoopSettings};
@@ -22,6 +22,8 @@ pub struct RunPlan<'a, const A: usize> {
     pub axes: &'a [AxisParameters; A],
     /// The limits that the run is held to.
     pub limits: &'a Limits,
+    /// The changes of the feed override.
+    pub overrides: &'a [OverrideStep],
     /// How many periods the run has.
     pub samples: u64,
 }
@@ -76,12 +78,13 @@ impl<'a, const A: usize> RunPlan<'a, A> {
     /// The plan of a motion along a path.
     pub fn new(
         path: &'a dyn Path<A>,
-        motion: &Motion,
+        motion: &'a Motion,
         settings: &'a LoopSettings,
         axes: &'a [AxisParameters; A],
         limits: &'a Limits,
         samples: u64,
     ) -> Self {
-        Self { desired: Desired::Path(path), totals: RunTotals::of(path, motion), settings, axes, limits, samples }
+        let (desired, totals, overrides) = (Desired::Path(path), RunTotals::of(path, motion), motion.overrides());
+        Self { desired, totals, settings, axes, limits, overrides, samples }
     }
 }

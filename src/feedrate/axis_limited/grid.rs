@@ -8,6 +8,9 @@ const GRADING: f64 = 0.05;
 /// Largest turn of the tangent between two points \[rad\].
 const TURN: f64 = 0.1;
 
+/// Most joints that are looked for beyond one an interval.
+const MAX_JOINTS: usize = 100_000;
+
 /// The points from 0 to `length`.
 pub(super) fn grid<const D: usize>(
     planner: &AxisLimited<D>,
@@ -20,7 +23,7 @@ pub(super) fn grid<const D: usize>(
     let step = planner.step_mm.unwrap_or(natural).min(0.0025 * length);
     if !(length / step < 0.5 * MAX_GRID_POINTS as f64) {
         let value = length / step;
-        return Err(FeedrateError::OutOfRange { name: "grid points", value, needed: "fewer: raise step_mm" });
+        return Err(FeedrateError::OutOfRange { name: "grid points", value, needed: "at most 2 million" });
     }
     // The jerk is constant from rest until the acceleration or the speed is reached: the first interval lies well within that.
     let jerk_mm = (scale.accel.powi(3) / (6.0 * scale.jerk * scale.jerk))
@@ -88,7 +91,8 @@ fn refine<const D: usize>(
                             fine.push(joint.0);
                         }
                         from = joint;
-                        if after > 1e-3 * h {
+                        // No path has joints without end: of one that seems to the rest stays as it is.
+                        if after > 1e-3 * h && fine.len() < coarse.len() + MAX_JOINTS {
                             continue;
                         }
                     }
@@ -151,7 +155,13 @@ fn joint<const D: usize>(
 /// Whether the third derivative jumps, at the joint of two segments perhaps, so that it matters for the jerk. However the axes share it, the acceleration towards the centre is at most that of all of them.
 fn jumps<const D: usize>(planner: &AxisLimited<D>, scale: &Scale, [from, middle, to]: [&PathShape<D>; 3]) -> bool {
     let size = middle.curvature_1_mm.iter().map(|k| k * k).sum::<f64>().sqrt();
-    let speed = scale.speed.min((scale.accel_norm / size).sqrt());
+    // Nor is the tool faster than the third derivative itself lets it be, by far: otherwise every change of it were a jump.
+    let rate = |i: usize| {
+        let of = |shape: &PathShape<D>| shape.curvature_rate_1_mm2[i].abs() / planner.limits.jerk_mm_s3[i];
+        of(from).max(of(middle)).max(of(to))
+    };
+    let slowed = libm::cbrt(2.0 / (0..D).map(rate).fold(0.0, f64::max));
+    let speed = scale.speed.min((scale.accel_norm / size).sqrt()).min(slowed);
     (0..D).any(|i| {
         let mean = 0.5 * (from.curvature_rate_1_mm2[i] + to.curvature_rate_1_mm2[i]);
         let off = (middle.curvature_rate_1_mm2[i] - mean).abs();

@@ -168,6 +168,11 @@ impl<const D: usize> AxisLimited<D> {
         let worst = shares.iter().map(verify::Share::pace).fold(0.0, f64::max);
         let grid_points = planned.nodes();
         let planned = planned.paced(worst.max(1.0));
+        let time = planned.total_s();
+        if !(time > 0.0 && time.is_finite()) {
+            let needed = "finite: are the limits far apart from each other, or from the path's length?";
+            return Err(FeedrateError::OutOfRange { name: "motion time", value: time, needed });
+        }
         Ok(AxisLimitedPlan {
             motion: Motion::of_planned(planned),
             grid_points,

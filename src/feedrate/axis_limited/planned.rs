@@ -131,3 +131,36 @@ fn between(from: &Node, to: &Node, x: f64) -> MotionSample {
         jerk_mm_s3: (6.0 * c3 + x * (24.0 * c4 + x * 60.0 * c5)) / (dt * dt * dt),
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn regression_late_times_keep_the_digits_that_the_jerk_needs() {
+        // A day into a motion times have eleven digits behind the point. An interval of 1 ms that is their difference is off by up to
+        // 1e-8 of itself, which at 150 mm/s looks like a jerk of 100 mm/s³.
+        let (jerk, late, dt) = (50.0, 86_400.0 + 0.1 / 3.0, 1e-3 / 1.7);
+        let nodes: Vec<Node> = (0..100)
+            .map(|i| {
+                let t = f64::from(i) * dt;
+                Node {
+                    t: late + t,
+                    dt,
+                    s: 150.0 * t + jerk * t * t * t / 6.0,
+                    v: 150.0 + 0.5 * jerk * t * t,
+                    a: jerk * t,
+                }
+            })
+            .collect();
+        let planned = Planned::new(nodes);
+        let mut worst = 0.0_f64;
+        planned.each_sample(10, |_, m| worst = worst.max((m.jerk_mm_s3 - jerk).abs()));
+        // Of the position 1e-15 is left over: 60 · 1e-15/dt³ = 3e-4.
+        assert!(worst < 0.02, "{worst}");
+        for i in 0..1000 {
+            let t = late + 98.9 * dt * f64::from(i) / 1000.0;
+            assert!((planned.at(t).jerk_mm_s3 - jerk).abs() < 0.02, "{:?}", planned.at(t));
+        }
+    }
+}

@@ -4,6 +4,7 @@ pub(super) mod circle;
 pub(super) mod deviation;
 mod feedrate;
 pub(super) mod learning;
+mod loads;
 mod path;
 pub(super) mod path_3d;
 pub(super) mod response;
@@ -37,6 +38,7 @@ pub(super) fn sheet(runs: &[RunData], kind: PlotKind) -> Sheet {
         PlotKind::Path => path::sheet(&runs),
         PlotKind::Contour => time::contour(&runs),
         PlotKind::Feedrate => feedrate::sheet(&runs),
+        PlotKind::Axes => loads::sheet(&runs),
         PlotKind::Voltage => time::voltage(&runs),
         PlotKind::Space => path_3d::of_runs(&runs),
         PlotKind::Search => search::sheet(&runs),

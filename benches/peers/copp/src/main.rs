@@ -2,7 +2,8 @@
 //!
 //! `copp` keeps the limits at the points of a uniform grid and linearises the jerk limits around a profile that is given to it: first that
 //! of its second-order solver, then its own answer, until the time moves by less than 1e-4. Ours is planned as a scenario
-//! plans it, and its limits hold between the points too.
+//! plans it, and its limits hold between the points too: `worst` is the largest share of a limit at ten places a grid interval. In the
+//! end `copp` is asked for one motion on ever finer grids, to see which of both times the optimum is nearer to.
 
 use std::time::Instant;
 
@@ -11,7 +12,8 @@ use copp::robot::Robot;
 use copp::solver::topp2_ra::{ReachSet2OptionsBuilder, Topp2ProblemBuilder, topp2_ra};
 use copp::solver::topp3_socp::{ClarabelOptionsBuilder, Topp3ProblemBuilder, s_to_t_topp3, topp3_socp};
 use nalgebra::{DMatrix, Vector2};
-use servosim::feedrate::{AxisLimited, AxisLimits, PathShape};
+use servosim::feedrate::{AxisLimited, AxisLimits, Motion};
+use servosim::interpolator::plan_under_axis_limits;
 use servosim::path::{Cursor, Path, PhSpline};
 
 /// Points of copp's grid.
@@ -29,7 +31,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         ("500 points", PhSpline::from_nodal_points(&wandering(500), false, None)?),
     ];
     let machines = [(150.0, 2000.0, 50_000.0), (150.0, 1000.0, 20_000.0), (300.0, 5000.0, 1e6)];
-    println!("path        limits of X and Y         ours s     copp s   ratio   ours ms  points   copp ms  points  rounds");
+    println!("path        limits of X and Y         ours s     copp s   ratio   worst   ours ms  points   copp ms  points  rounds");
     for (name, path) in &paths {
         for (velocity, acceleration, jerk) in machines {
             let planner = AxisLimited::new(AxisLimits {
@@ -38,17 +40,10 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
                 jerk_mm_s3: [jerk; 2],
             });
             let start = Instant::now();
-            let mut cursor = Cursor::default();
-            let ours = planner.plan(path.length_mm(), |s| {
-                let frame = path.frame(s, &mut cursor);
-                PathShape {
-                    tangent: frame.tangent.into(),
-                    curvature_1_mm: frame.curvature_1_mm.into(),
-                    curvature_rate_1_mm2: frame.curvature_rate_1_mm2.into(),
-                }
-            })?;
+            let ours = plan_under_axis_limits(&planner, path)?;
             let ours_ms = 1e3 * start.elapsed().as_secs_f64();
             let ours_s = ours.motion.total_s();
+            let worst = worst(&planner, path, &ours.motion, 10 * ours.grid_points as u32);
             let start = Instant::now();
             let points = if *name == "500 points" { 2 * POINTS - 1 } else { POINTS };
             let theirs = theirs(path, points, velocity, acceleration, jerk);
@@ -56,7 +51,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
             let limits = format!("{velocity} {acceleration} {jerk}");
             match theirs {
                 Ok((copp_s, rounds)) => println!(
-                    "{name:10}  {limits:22}  {ours_s:9.5}  {copp_s:9.5}  {:6.4}  {ours_ms:8.1}  {:6}  {copp_ms:8.1}  {points:6}  {rounds}",
+                    "{name:10}  {limits:22}  {ours_s:9.5}  {copp_s:9.5}  {:6.4}  {worst:6.4}  {ours_ms:8.1}  {:6}  {copp_ms:8.1}  {points:6}  {rounds}",
                     ours_s / copp_s,
                     ours.grid_points,
                 ),
@@ -64,7 +59,45 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
             }
         }
     }
+    let (_, alpha) = &paths[0];
+    for points in [501, 1001, 2001, 4001] {
+        match theirs(alpha, points, 150.0, 2000.0, 50_000.0) {
+            Ok((time, rounds)) => println!("alpha       150 2000 50000          copp on {points} points: {time:.5} s, {rounds} rounds"),
+            Err(error) => println!("alpha       150 2000 50000          copp on {points} points: {error}"),
+        }
+    }
+    for step in [0.2, 0.05, 0.0125] {
+        let limits =
+            AxisLimits { velocity_mm_s: [150.0; 2], acceleration_mm_s2: [2000.0; 2], jerk_mm_s3: [50_000.0; 2] };
+        let planner = AxisLimited { step_mm: Some(step), ..AxisLimited::new(limits) };
+        let plan = plan_under_axis_limits(&planner, alpha)?;
+        println!(
+            "alpha       150 2000 50000          ours on {} points: {:.5} s",
+            plan.grid_points,
+            plan.motion.total_s()
+        );
+    }
     Ok(())
+}
+
+/// The largest share of a limit at evenly spaced times.
+fn worst(planner: &AxisLimited<2>, path: &PhSpline, motion: &Motion, times: u32) -> f64 {
+    let mut cursor = Cursor::default();
+    let mut worst = 0.0_f64;
+    for i in 0..=times {
+        let m = motion.at(motion.total_s() * f64::from(i) / f64::from(times));
+        let at = path.frame(m.s_mm, &mut cursor);
+        let (v, a, j) = (m.feed_mm_s, m.accel_mm_s2, m.jerk_mm_s3);
+        for i in 0..2 {
+            let (t, k, r) = (at.tangent[i], at.curvature_1_mm[i], at.curvature_rate_1_mm2[i]);
+            let limits = &planner.limits;
+            worst = worst
+                .max((t * v).abs() / limits.velocity_mm_s[i])
+                .max((k * v * v + t * a).abs() / limits.acceleration_mm_s2[i])
+                .max((r * v * v * v + 3.0 * k * v * a + t * j).abs() / limits.jerk_mm_s3[i]);
+        }
+    }
+    worst
 }
 
 /// The time that copp finds, and after how many rounds it no longer moves.

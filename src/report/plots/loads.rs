@@ -1,0 +1,147 @@
+//! What a motion under limits of the axes asks of every axis, beside the limits.
+
+use super::super::axis::{Range, figure};
+use super::super::curve::Dash;
+use super::super::data::{AxisLoad, AxisLoads};
+use super::super::panel::{Entry, Panel, gutter, panel_height, stack, x_axis, y_axis};
+use super::super::sheet::{CURVE_PX, Pen, RUN_COLOURS, Sheet};
+use super::{LIMIT, LIMIT_IN_VIEW, Named, heading, off_scale};
+use crate::limits::AXIS_NAMES;
+
+const GAP: f64 = 14.0;
+
+/// One of the three quantities.
+struct Quantity {
+    name: &'static str,
+    unit: &'static str,
+    of_load: fn(&AxisLoad) -> [f64; 2],
+    limits: fn(&AxisLoads) -> [f64; 2],
+}
+
+const QUANTITIES: [Quantity; 3] = [
+    Quantity {
+        name: "velocity",
+        unit: "mm/s",
+        of_load: |load| load.velocity_mm_s,
+        limits: |loads| loads.limits.velocity_mm_s,
+    },
+    Quantity {
+        name: "acceleration",
+        unit: "mm/s²",
+        of_load: |load| load.acceleration_mm_s2,
+        limits: |loads| loads.limits.acceleration_mm_s2,
+    },
+    Quantity { name: "jerk", unit: "mm/s³", of_load: |load| load.jerk_mm_s3, limits: |loads| loads.limits.jerk_mm_s3 },
+];
+
+pub(super) fn sheet(runs: &[Named<'_>]) -> Sheet {
+    let mut sheet = Sheet::default();
+    let loads: Vec<(&Named<'_>, &AxisLoads)> =
+        runs.iter().filter_map(|run| Some((run, run.data.facts().axis_loads.as_ref()?))).collect();
+    let mut head = heading(runs, "velocity, acceleration and jerk of the axes");
+    if let [(_, loads)] = loads.as_slice() {
+        head.subtitle = format!("At most {} of the axes' limits", shares(loads));
+    }
+    for (run, loads_of) in &loads {
+        for axis in 0..2 {
+            let name = AXIS_NAMES[axis].to_uppercase();
+            let text = match (runs.len(), axis) {
+                (1, _) => format!("{name} axis"),
+                (_, 0) => format!("{}, {name} ({})", run.short(), shares(loads_of)),
+                _ => name,
+            };
+            head.legend.push(Entry::line(pen(runs, run, axis), text));
+        }
+    }
+    let scales = QUANTITIES.each_ref().map(|quantity| scale(&loads, quantity));
+    for (quantity, (_, limits)) in QUANTITIES.iter().zip(&scales) {
+        head.legend.extend(off_scale(limits, &format!("{} limit ±", quantity.name), quantity.unit));
+    }
+    let space = head.draw(&mut sheet);
+    let time = Range::of(loads.iter().flat_map(|(_, loads)| loads.samples.iter().map(|load| load.time_s)));
+    let height = panel_height(&space, 3, GAP);
+    let y = scales.each_ref().map(|(range, _)| y_axis(*range, height, false));
+    let y_axes = [&y[0], &y[1], &y[2]];
+    let gutter = gutter(&y_axes);
+    let frames = stack(&space, &y_axes, GAP);
+    for (row, (((frame, y), quantity), (_, limits))) in
+        frames.into_iter().zip(y.clone()).zip(&QUANTITIES).zip(&scales).enumerate()
+    {
+        let mut panel = Panel::new(frame, x_axis(time, frame.width(), false), y);
+        panel.grid(&mut sheet);
+        for (limit, _) in limits {
+            panel.level(&mut sheet, *limit, LIMIT);
+            panel.level(&mut sheet, -*limit, LIMIT);
+        }
+        for (run, loads) in &loads {
+            for axis in 0..2 {
+                let values = loads.samples.iter().map(|load| (load.time_s, (quantity.of_load)(load)[axis]));
+                panel.curve(&mut sheet, values, pen(runs, run, axis));
+            }
+        }
+        for (limit, _) in limits {
+            let text = format!("{}limit ±{} {}", whose(&loads, quantity, *limit), figure(*limit, 6), quantity.unit);
+            panel.level_label(&mut sheet, *limit, &text, LIMIT.colour);
+        }
+        panel.border(&mut sheet, row == 2, true);
+        panel.y_title(&mut sheet, gutter, quantity.name, quantity.unit);
+        if row == 2 {
+            panel.x_title(&mut sheet, "time", "s");
+        }
+    }
+    sheet
+}
+
+/// Of one run the axes have colours, of several the runs, and Y is dashed.
+fn pen(runs: &[Named<'_>], run: &Named<'_>, axis: usize) -> Pen {
+    if runs.len() == 1 {
+        return Pen::solid(RUN_COLOURS[axis % RUN_COLOURS.len()], CURVE_PX);
+    }
+    let pen = run.pen(CURVE_PX);
+    if axis == 0 { pen } else { Pen { dash: Some(Dash::new(6.0, 3.0)), ..pen } }
+}
+
+/// Range of a quantity over all runs and axes, and its limits with whether they are in view.
+fn scale(loads: &[(&Named<'_>, &AxisLoads)], quantity: &Quantity) -> (Range, Vec<(f64, bool)>) {
+    let values = loads.iter().flat_map(|(_, loads)| loads.samples.iter().flat_map(|load| (quantity.of_load)(load)));
+    let mut range = Range::of(values);
+    range.include(0.0);
+    let peak = range.magnitude();
+    let mut limits: Vec<(f64, bool)> = Vec::new();
+    for limit in loads.iter().flat_map(|(_, loads)| (quantity.limits)(loads)) {
+        if !limits.iter().any(|(other, _)| *other == limit) {
+            let in_view = limit <= LIMIT_IN_VIEW * peak;
+            limits.push((limit, in_view));
+            if in_view {
+                range.include(limit);
+                range.include(-limit);
+            }
+        }
+    }
+    (range.opened(1e-6).padded(0.1, 0.14), limits)
+}
+
+/// Of which axis a limit is, where they differ.
+fn whose(loads: &[(&Named<'_>, &AxisLoads)], quantity: &Quantity, limit: f64) -> String {
+    let of_axis = |axis: usize| loads.iter().any(|(_, loads)| (quantity.limits)(loads)[axis] == limit);
+    match (of_axis(0), of_axis(1)) {
+        (true, false) => format!("{} ", AXIS_NAMES[0].to_uppercase()),
+        (false, true) => format!("{} ", AXIS_NAMES[1].to_uppercase()),
+        _ => String::new(),
+    }
+}
+
+/// The largest shares of the limits that are used.
+fn shares(loads: &AxisLoads) -> String {
+    let share = |quantity: &Quantity| {
+        let limits = (quantity.limits)(loads);
+        let used = |load: &AxisLoad| {
+            let [x, y] = (quantity.of_load)(load);
+            (x / limits[0]).abs().max((y / limits[1]).abs())
+        };
+        let largest = loads.samples.iter().map(used).fold(0.0, f64::max);
+        format!("{:.1} %", 100.0 * largest)
+    };
+    let [velocity, acceleration, jerk] = QUANTITIES.each_ref().map(share);
+    format!("{velocity}, {acceleration} and {jerk}")
+}
