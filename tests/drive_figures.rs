@@ -362,8 +362,7 @@ fn validates_controllers_settle_without_error() {
 
 #[test]
 fn validates_cross_coupling() {
-    let gains =
-        CrossCouplingGains { proportional_nm_mm: 2.0, integral_nm_mm_s: 10.0, derivative_nm_s_mm: 0.01, limit_nm: 0.5 };
+    let gains = CrossCouplingGains { proportional: 2.0, integral_1_s: 10.0, derivative_s: 0.01, limit_um: 500.0 };
     let mut coupling = CrossCoupling::new(&gains, DT).expect("gains");
     let [x, y] = coupling.step([0.01, -0.02]);
     assert!((x - (0.02 + 1e-4 + 0.1)).abs() < 1e-15 && (y + 0.04 + 2e-4 + 0.2).abs() < 1e-15);

@@ -95,7 +95,7 @@ fn zero_phase_tracking_takes_the_lag_away() {
 #[test]
 fn cross_coupling_makes_the_contouring_error_smaller() {
     let plain = Scenario::builtin("alpha").unwrap().run(&mut []).unwrap();
-    let coupled = alpha_with("[control.cross_coupling]\nproportional_nm_mm = 40").run(&mut []).unwrap();
+    let coupled = alpha_with("[control.cross_coupling]\nproportional = 0.5").run(&mut []).unwrap();
     assert!(coupled.max_contour_error_um < 0.9 * plain.max_contour_error_um, "{coupled:?}");
 }
 
@@ -139,7 +139,7 @@ fn bad_values_are_told_where_they_are() {
         ("[axes.x.effects.current_loop]\nbandwidth_hz = -3", "bandwidth_hz", "-3"),
         ("[axes.x.controller.pid]\nfilter_hz = 0", "filter_hz = 0", "0"),
         ("[axes.x.controller.p_pi]\n[axes.x.remedies]\nzero_phase = true", "undoes the PDFF loop", "true"),
-        ("[control.cross_coupling]\nproportional_nm_mm = -1", "proportional_nm_mm = -1", "-1"),
+        ("[control.cross_coupling]\nproportional = -1", "proportional = -1", "-1"),
         ("[axes.x.effects.fricton]\ngap_um = 1", "fricton", "fricton"),
     ] {
         let document = Document::builtin("alpha").unwrap();

@@ -83,6 +83,7 @@ fn demand(k: usize, phase: f64) -> Demand {
         acceleration_mm_s2: a * w * w * cosine,
         jerk_mm_s3: -a * w * w * w * sine,
         torque_nm: 0.0,
+        shift_mm: 0.0,
     }
 }
 

@@ -35,7 +35,7 @@ fn main() {
     let quick = !arguments.iter().any(|argument| argument == "--bench");
     // `cargo bench -- step` runs the benches with that in their name.
     let filters: Vec<&String> = arguments.iter().filter(|argument| !argument.starts_with('-')).collect();
-    let benches: [Bench; 12] = [
+    let benches: [Bench; 13] = [
         ("loop", servo_loop::bench),
         ("drive", drive::bench),
         ("batch", batch::bench),

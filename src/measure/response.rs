@@ -239,6 +239,7 @@ impl Sine {
                 acceleration_mm_s2: -amplitude_mm * omega * omega * turn.im,
                 jerk_mm_s3: -amplitude_mm * omega * omega * omega * turn.re,
                 torque_nm: 0.0,
+                shift_mm: 0.0,
             }
         })?;
         self.peak_v = self.peak_v.max(sample.voltage_v.abs());

@@ -175,6 +175,7 @@ impl AxisSteps {
                 acceleration_mm_s2: at.accel_mm_s2,
                 jerk_mm_s3: at.jerk_mm_s3,
                 torque_nm: 0.0,
+                shift_mm: 0.0,
             }
         })?;
         let drive = &scenario.drives[axis];

@@ -428,10 +428,10 @@ pub(super) fn cross_coupling(raw: &Spanned<RawCrossCoupling>, problems: &mut Pro
     let mut at = places("", raw, problems);
     let raw = raw.get_ref();
     let gains = CrossCouplingGains {
-        proportional_nm_mm: at.get("proportional_nm_mm", &raw.proportional_nm_mm),
-        integral_nm_mm_s: at.or("integral_nm_mm_s", raw.integral_nm_mm_s.as_ref(), 0.0),
-        derivative_nm_s_mm: at.or("derivative_nm_s_mm", raw.derivative_nm_s_mm.as_ref(), 0.0),
-        limit_nm: at.or("limit_nm", raw.limit_nm.as_ref(), 1.0),
+        proportional: at.get("proportional", &raw.proportional),
+        integral_1_s: at.or("integral_1_s", raw.integral_1_s.as_ref(), 0.0),
+        derivative_s: at.or("derivative_s", raw.derivative_s.as_ref(), 0.0),
+        limit_um: at.or("limit_um", raw.limit_um.as_ref(), 100.0),
     };
     at.check(gains, CrossCouplingGains::check)
 }

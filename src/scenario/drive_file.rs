@@ -445,20 +445,20 @@ pub(super) struct RawBacklashCompensation {
     pub(super) time_constant_s: Option<Spanned<f64>>,
 }
 
-/// Cross-coupled contour control: torques from the contouring error itself.
+/// Cross-coupled contour control: the commands are shifted against the contouring error itself.
 #[derive(Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub(super) struct RawCrossCoupling {
-    /// Torque per contouring error, in N m/mm.
+    /// Shift of the command per contouring error.
     #[schemars(with = "f64", range(min = 0))]
-    pub(super) proportional_nm_mm: Spanned<f64>,
-    /// Torque per integral of the contouring error, in N m/(mm s). Default: 0.
+    pub(super) proportional: Spanned<f64>,
+    /// Shift per integral of the contouring error, in 1/s. Default: 0.
     #[schemars(with = "Option<f64>", range(min = 0))]
-    pub(super) integral_nm_mm_s: Option<Spanned<f64>>,
-    /// Torque per rate of the contouring error, in N m s/mm. Default: 0.
+    pub(super) integral_1_s: Option<Spanned<f64>>,
+    /// Shift per rate of the contouring error, in s. Default: 0.
     #[schemars(with = "Option<f64>", range(min = 0))]
-    pub(super) derivative_nm_s_mm: Option<Spanned<f64>>,
-    /// Most torque on an axis, in N m. Default: 1.
+    pub(super) derivative_s: Option<Spanned<f64>>,
+    /// Most shift of an axis, in µm. Default: 100.
     #[schemars(with = "Option<f64>", extend("exclusiveMinimum" = 0))]
-    pub(super) limit_nm: Option<Spanned<f64>>,
+    pub(super) limit_um: Option<Spanned<f64>>,
 }

@@ -15,9 +15,11 @@ pub struct Demand {
     pub acceleration_mm_s2: f64,
     /// Its jerk \[mm/s³\].
     pub jerk_mm_s3: f64,
-    /// Torque at the motor that is added to the controller's: cross-coupled control, a learned correction \[N m\]. [`AxisLoop`]
-    /// has no place for it.
+    /// Torque at the motor that is added to the controller's \[N m\]. [`AxisLoop`] has no place for it.
     pub torque_nm: f64,
+    /// Shift of the position command that the feedforward takes no notice of: cross-coupled control \[mm\]. [`AxisLoop`] has no place
+    /// for it.
+    pub shift_mm: f64,
 }
 
 impl Demand {

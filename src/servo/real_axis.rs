@@ -203,6 +203,7 @@ impl<C: Controller> RealAxis<C> {
         if self.compensator.active {
             self.compensator.compensate(&mut demand, self.start_mm);
         }
+        demand.position_mm += demand.shift_mm;
         demand
     }
 }

@@ -25,8 +25,8 @@ pub(crate) enum Axes<const A: usize> {
 pub(crate) struct RealAxes<const A: usize> {
     axes: [RealAxis; A],
     coupling: Option<CrossCoupling<A>>,
-    /// What the cross-coupled controller adds at this sample.
-    torques_nm: [f64; A],
+    /// By how much the cross-coupled controller shifts the commands at this sample.
+    shifts_mm: [f64; A],
     /// By how many samples each axis wants to know its demands in advance.
     ahead: [usize; A],
 }
@@ -61,7 +61,7 @@ impl<const A: usize> Axes<A> {
         }
         let coupling = coupling.map(|gains| CrossCoupling::new(gains, settings.period_s)).transpose()?;
         match <[RealAxis; A]>::try_from(axes) {
-            Ok(axes) => Ok(Self::Real(Box::new(RealAxes { axes, coupling, torques_nm: [0.0; A], ahead }))),
+            Ok(axes) => Ok(Self::Real(Box::new(RealAxes { axes, coupling, shifts_mm: [0.0; A], ahead }))),
             // There are as many as were pushed.
             Err(_) => Err(ServoError { name: "axes", value: A as f64, needed: "one drive an axis" }),
         }
@@ -90,7 +90,7 @@ impl<const A: usize> Axes<A> {
         if let Self::Real(real) = self
             && let Some(coupling) = &mut real.coupling
         {
-            real.torques_nm = coupling.step(error_mm().into());
+            real.shifts_mm = coupling.step(error_mm().into());
         }
     }
 
@@ -136,7 +136,7 @@ impl<const A: usize> Kernel for StepReal<'_, A> {
 
     #[inline(always)]
     fn run(self) -> [AxisSignals; A] {
-        let Self { axes: RealAxes { axes, torques_nm, ahead, .. }, setpoint, coming } = self;
+        let Self { axes: RealAxes { axes, shifts_mm, ahead, .. }, setpoint, coming } = self;
         let mut signals = [AxisSignals::default(); A];
         for (axis, signals) in signals.iter_mut().enumerate() {
             let seen = coming.and_then(|coming| coming.get(ahead[axis])).unwrap_or(setpoint);
@@ -145,7 +145,8 @@ impl<const A: usize> Kernel for StepReal<'_, A> {
                 velocity_mm_s: seen.velocity_mm_s[axis],
                 acceleration_mm_s2: seen.acceleration_mm_s2[axis],
                 jerk_mm_s3: seen.jerk_vector_mm_s3[axis],
-                torque_nm: torques_nm[axis],
+                torque_nm: 0.0,
+                shift_mm: shifts_mm[axis],
             };
             *signals = axes[axis].step(&demand);
             signals.command_mm = setpoint.position_mm[axis];

@@ -43,8 +43,8 @@ pub(super) fn sheet(runs: &[Named<'_>]) -> Sheet {
         head.subtitle = format!("At most {} of the axes' limits", shares(loads));
     }
     for (run, loads_of) in &loads {
-        for axis in 0..2 {
-            let name = AXIS_NAMES[axis].to_uppercase();
+        for (axis, name) in AXIS_NAMES.iter().enumerate().take(2) {
+            let name = name.to_uppercase();
             let text = match (runs.len(), axis) {
                 (1, _) => format!("{name} axis"),
                 (_, 0) => format!("{}, {name} ({})", run.short(), shares(loads_of)),

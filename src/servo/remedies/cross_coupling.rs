@@ -1,19 +1,19 @@
 //! Cross-coupled contour control.
 
 use crate::servo::ServoError;
-use crate::servo::parameters::not_negative;
+use crate::servo::parameters::{not_negative, positive};
 
 /// Gains of [`CrossCoupling`], none negative.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct CrossCouplingGains {
-    /// `kp` \[N m/mm\].
-    pub proportional_nm_mm: f64,
-    /// `ki` \[N m/(mm s)\].
-    pub integral_nm_mm_s: f64,
-    /// `kd` \[N m s/mm\].
-    pub derivative_nm_s_mm: f64,
-    /// The torque of each axis is at most this \[N m\], positive.
-    pub limit_nm: f64,
+    /// `kp`: shift of the command per contouring error.
+    pub proportional: f64,
+    /// `ki` \[1/s\].
+    pub integral_1_s: f64,
+    /// `kd` \[s\].
+    pub derivative_s: f64,
+    /// The command of each axis is shifted by at most this \[µm\], positive.
+    pub limit_um: f64,
 }
 
 impl CrossCouplingGains {
@@ -22,21 +22,25 @@ impl CrossCouplingGains {
     /// # Errors
     /// Names the first one that is not.
     pub fn check(&self) -> Result<(), ServoError> {
-        not_negative("proportional_nm_mm", self.proportional_nm_mm)?;
-        not_negative("integral_nm_mm_s", self.integral_nm_mm_s)?;
-        not_negative("derivative_nm_s_mm", self.derivative_nm_s_mm)?;
-        crate::servo::parameters::positive("limit_nm", self.limit_nm)
+        not_negative("proportional", self.proportional)?;
+        not_negative("integral_1_s", self.integral_1_s)?;
+        not_negative("derivative_s", self.derivative_s)?;
+        positive("limit_um", self.limit_um)
     }
 }
 
-/// A controller of the contouring error itself: from the vector `ε` (nearest point of the path less actual position) to a torque of each
-/// axis, `T = kp ε + ki ∫ε + kd ε'`, for [`Demand::torque_nm`](crate::servo::Demand::torque_nm) of the next sample.
+/// A controller of the contouring error itself: from the vector `ε` (nearest point of the path less actual position) to a shift of each
+/// axis' position command, `Δ = kp ε + ki ∫ε + kd ε'`, for the next sample.
 ///
-/// Source: Y. Koren, "Cross-coupled biaxial computer control for manufacturing systems", Journal of Dynamic Systems, Measurement,
-/// and Control 102, 1980; the vector form after S.-S. Yeh, P.-L. Hsu, IEEE/ASME Transactions on Mechatronics 8, 2003.
+/// Before a position controller of gain `kpp` a shift `Δ` is the velocity command `kpp Δ`: where the cross-coupling controllers of the
+/// literature put theirs. The feedforward of the axes takes the command without it.
+///
+/// Source: Y. Koren, C.-C. Lo, "Variable-gain cross-coupling controller for contouring", CIRP Annals 40, 1991; the vector form after
+/// S.-S. Yeh, P.-L. Hsu, IEEE/ASME Transactions on Mechatronics 8, 2003.
 #[derive(Debug, Clone, Copy)]
 pub struct CrossCoupling<const A: usize> {
     gains: CrossCouplingGains,
+    limit_mm: f64,
     period_s: f64,
     last: [f64; A],
     integral: [f64; A],
@@ -49,25 +53,26 @@ impl<const A: usize> CrossCoupling<A> {
     /// A gain out of its range.
     pub fn new(gains: &CrossCouplingGains, period_s: f64) -> Result<Self, ServoError> {
         gains.check()?;
-        Ok(Self { gains: *gains, period_s, last: [0.0; A], integral: [0.0; A] })
+        let limit_mm = 1e-3 * gains.limit_um;
+        Ok(Self { gains: *gains, limit_mm, period_s, last: [0.0; A], integral: [0.0; A] })
     }
 
-    /// The torques \[N m\] for the components of the contouring error \[mm\] at this sample. The integral of an axis stands still while
-    /// its torque is at the limit.
+    /// The shifts \[mm\] for the components of the contouring error \[mm\] at this sample. The integral of an axis stands still while
+    /// its shift is at the limit.
     #[inline]
     pub fn step(&mut self, error_mm: [f64; A]) -> [f64; A] {
-        let mut torques = [0.0; A];
-        for (axis, torque) in torques.iter_mut().enumerate() {
+        let mut shifts = [0.0; A];
+        for (axis, shift) in shifts.iter_mut().enumerate() {
             let error = error_mm[axis];
             let rate = (error - self.last[axis]) / self.period_s;
             self.last[axis] = error;
-            let grown = self.integral[axis] + self.gains.integral_nm_mm_s * self.period_s * error;
-            let wanted = self.gains.proportional_nm_mm * error + self.gains.derivative_nm_s_mm * rate + grown;
-            *torque = wanted.max(-self.gains.limit_nm).min(self.gains.limit_nm);
-            if *torque == wanted {
+            let grown = self.integral[axis] + self.gains.integral_1_s * self.period_s * error;
+            let wanted = self.gains.proportional * error + self.gains.derivative_s * rate + grown;
+            *shift = wanted.max(-self.limit_mm).min(self.limit_mm);
+            if *shift == wanted {
                 self.integral[axis] = grown;
             }
         }
-        torques
+        shifts
     }
 }
