@@ -69,6 +69,7 @@ fn demand(k: usize) -> Demand {
         acceleration_mm_s2: a * w * w * libm::cos(w * t),
         jerk_mm_s3: -a * w * w * w * libm::sin(w * t),
         torque_nm: 0.0,
+        shift_mm: 0.0,
     }
 }
 
