@@ -141,7 +141,7 @@ fn assert_says(said: &[String], wanted: &[&str]) {
     }
 }
 
-/// The pictures, for a person to look at: `PICTURES=/tmp/pictures cargo test --test pictures`.
+/// The pictures, for a person to look at: `PICTURES=folder cargo test --test pictures`.
 #[test]
 fn pictures_of_a_patch() {
     let (nominal, as_cut) = (deviations(800, 0.0), deviations(800, 9.0));

@@ -267,29 +267,24 @@ fn mechanics(
     }
     if let Some(raw) = &raw.friction {
         let mut at = places(within, raw, problems);
+        let mut curve = |coulomb_nm, static_nm: &Option<_>, stribeck_mm_s: &Option<_>, viscous_nm_s_rad: &Option<_>| {
+            let coulomb_nm = at.get("coulomb_nm", coulomb_nm);
+            Coulomb {
+                coulomb_nm,
+                static_nm: at.or("static_nm", static_nm.as_ref(), coulomb_nm),
+                stribeck_mm_s: at.or("stribeck_mm_s", stribeck_mm_s.as_ref(), 1.0),
+                viscous_nm_s_rad: at.or("viscous_nm_s_rad", viscous_nm_s_rad.as_ref(), 0.0),
+            }
+        };
         let friction = match raw.get_ref() {
             RawFriction::Coulomb(raw) => {
-                let coulomb_nm = at.get("coulomb_nm", &raw.coulomb_nm);
-                Friction::Coulomb(Coulomb {
-                    coulomb_nm,
-                    static_nm: at.or("static_nm", raw.static_nm.as_ref(), coulomb_nm),
-                    stribeck_mm_s: at.or("stribeck_mm_s", raw.stribeck_mm_s.as_ref(), 1.0),
-                    viscous_nm_s_rad: at.or("viscous_nm_s_rad", raw.viscous_nm_s_rad.as_ref(), 0.0),
-                })
+                Friction::Coulomb(curve(&raw.coulomb_nm, &raw.static_nm, &raw.stribeck_mm_s, &raw.viscous_nm_s_rad))
             }
-            RawFriction::LuGre(raw) => {
-                let coulomb_nm = at.get("coulomb_nm", &raw.coulomb_nm);
-                Friction::LuGre(LuGre {
-                    curve: Coulomb {
-                        coulomb_nm,
-                        static_nm: at.or("static_nm", raw.static_nm.as_ref(), coulomb_nm),
-                        stribeck_mm_s: at.or("stribeck_mm_s", raw.stribeck_mm_s.as_ref(), 1.0),
-                        viscous_nm_s_rad: at.or("viscous_nm_s_rad", raw.viscous_nm_s_rad.as_ref(), 0.0),
-                    },
-                    stiffness_nm_rad: at.get("stiffness_nm_rad", &raw.stiffness_nm_rad),
-                    damping_nm_s_rad: at.or("damping_nm_s_rad", raw.damping_nm_s_rad.as_ref(), 0.0),
-                })
-            }
+            RawFriction::LuGre(raw) => Friction::LuGre(LuGre {
+                curve: curve(&raw.coulomb_nm, &raw.static_nm, &raw.stribeck_mm_s, &raw.viscous_nm_s_rad),
+                stiffness_nm_rad: at.get("stiffness_nm_rad", &raw.stiffness_nm_rad),
+                damping_nm_s_rad: at.or("damping_nm_s_rad", raw.damping_nm_s_rad.as_ref(), 0.0),
+            }),
         };
         out.friction = at.check(friction, |friction| friction.check(drive));
     }

@@ -13,7 +13,7 @@
 //! ([`Options::rounding_mm`], at most a quarter), twice the chords of the points that are fitted (4 % each), the fit.
 //!
 //! Rings are held to this at sampled places: what lies between them the machining check tells. The sharp edge of a flat end
-//! cuts steps: there the step between two passes is held to `h`, which is an estimate of what stays, not a bound.
+//! cuts steps into a slope: where a single pass leaves more than `h` under its axis, `r tan θ cos θ`, there is no tool path.
 //!
 //! Ridges are promised for every point that the cutter touches with its axis inside the first ring. Where the surface rises
 //! inwards the first ring, whose axis is on the boundary, touches it further in than the boundary.

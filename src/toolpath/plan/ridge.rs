@@ -3,6 +3,7 @@
 //! Everything is told in the plane of the tool axis. A place `q` of that plane stands for the point `x(q)` of the surface that the
 //! cutter touches when its axis is there; a pass at `p` leaves on `x(q)` the height `(z_p + g(|x - p|) - x_z) n_z`: what stands between
 //! the cutter's bottom and the surface, along the surface's normal. On a plane of any slope that is the exact height of the ridge.
+//! (Of a cutter with a sharp edge `x(q)` is the point under `q`: on a slope an upper bound, that passes further down improve on.)
 
 use nalgebra::Vector2;
 
@@ -18,11 +19,11 @@ const LARGEST_STEP: f64 = 1.9;
 pub(super) struct Site<'a> {
     pub(super) surface: &'a dyn DesignSurface,
     pub(super) cutter: Cutter,
-    /// The body that every cutter displaced by at most the path tolerance contains: smaller by it on all sides. Of a cutter with a sharp
-    /// edge the edge itself, which is what touches a slope, would be left out: there it is the cutter displaced upwards.
+    /// The body that every cutter displaced by at most the path tolerance contains: smaller by it on all sides.
     inner: Cutter,
     raise_mm: f64,
-    /// Whether its edge is no rounder than the path tolerance.
+    /// Whether its edge is no rounder than the path tolerance. A slope is touched by the edge, which the smaller body does not hold: a place
+    /// of the plane then stands for the point of the surface under it.
     sharp: bool,
     /// Largest ridge \[mm\].
     pub(super) scallop_mm: f64,
@@ -48,7 +49,7 @@ impl<'a> Site<'a> {
     ) -> Result<Self, CutterError> {
         let (r, c, e, h) = (cutter.radius_mm(), cutter.corner_radius_mm(), path_tolerance_mm, scallop_mm);
         let sharp = c <= e;
-        let inner = if sharp { cutter } else { Cutter::bull_nose(r - e, c - e)? };
+        let inner = Cutter::bull_nose(r - e, (c - e).max(0.0))?;
         // On a plane: half a step-over of the smaller ball, (c-e)² - (c-h)², and the ridge of the whole one.
         let half_square = (2.0 * c - e - h) * (h - e);
         let planned_mm = if c > h { half_square / (c + (c * c - half_square).sqrt()) } else { h - e };
@@ -58,16 +59,19 @@ impl<'a> Site<'a> {
     /// The cutter at rest with its axis there.
     pub(super) fn pass(&self, at: Point) -> Option<Pass> {
         let rest = self.surface.rest(&self.cutter, at.x, at.y)?;
-        let finite = rest.tip_z_mm.is_finite() && rest.contact_mm.iter().chain(&rest.normal).all(|x| x.is_finite());
-        finite.then_some(Pass { at, tip_mm: rest.tip_z_mm, contact: rest.contact_mm, n_z: rest.normal.z })
+        let (contact, normal) = if self.sharp {
+            let top = self.surface.top(at.x, at.y)?;
+            (nalgebra::Vector3::new(at.x, at.y, top.z_mm), top.normal)
+        } else {
+            (rest.contact_mm, rest.normal)
+        };
+        let finite = rest.tip_z_mm.is_finite() && contact.iter().chain(&normal).all(|x| x.is_finite());
+        finite.then_some(Pass { at, tip_mm: rest.tip_z_mm, contact, n_z: normal.z })
     }
 
     /// What the pass leaves on the point touched from `of` \[mm\]; infinite where it does not reach.
     pub(super) fn left_mm(&self, pass: &Pass, of: &Pass) -> f64 {
         let rho = (of.contact.xy() - pass.at).norm();
-        // A sharp edge cuts a step beside itself: what is there is the matter of the pass whose edge comes there.
-        let beside = self.sharp && rho <= self.cutter.radius_mm() + (of.at - pass.at).norm();
-        let rho = if beside { rho.min(self.cutter.radius_mm()) } else { rho };
         let Some(profile) = self.inner.profile_mm(rho) else { return f64::INFINITY };
         (pass.tip_mm + self.raise_mm + profile - of.contact.z) * of.n_z
     }
