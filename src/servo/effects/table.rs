@@ -20,6 +20,13 @@ struct Point {
     slope: f64,
 }
 
+impl Point {
+    #[inline(always)]
+    fn at_x(&self, x: f64) -> [f64; 2] {
+        [self.slope.mul_add(x - self.at, self.value), self.slope]
+    }
+}
+
 impl Table {
     /// The function through these points. With a `period` it repeats: the points span at most one period, and the last is joined
     /// to the first of the next.
@@ -64,6 +71,12 @@ impl Table {
     /// The value at `x`, looked for from `near` on (where the last one was found).
     #[inline(always)]
     pub(in crate::servo) fn near(&self, x: f64, near: &mut usize) -> f64 {
+        self.with_slope(x, near)[0]
+    }
+
+    /// Value and slope at `x`, looked for from `near` on.
+    #[inline(always)]
+    pub(in crate::servo) fn with_slope(&self, x: f64, near: &mut usize) -> [f64; 2] {
         let (first, last) = (&self.points[0], self.points.len() - 1);
         let x = match self.period {
             Some([period, inverse]) => x - period * ((x - first.at) * inverse).floor(),
@@ -73,18 +86,18 @@ impl Table {
             && from.at <= x
             && x < to.at
         {
-            return from.slope.mul_add(x - from.at, from.value);
+            return from.at_x(x);
         }
         if last == 0 || !(x > first.at) {
-            return first.value;
+            return [first.value, 0.0];
         }
         if x >= self.points[last].at {
-            return self.points[last].value;
+            return [self.points[last].value, 0.0];
         }
         // The first point is at most x, the last one above it.
         let i = self.points.partition_point(|point| point.at <= x).saturating_sub(1).min(last - 1);
         *near = i;
-        self.points[i].slope.mul_add(x - self.points[i].at, self.points[i].value)
+        self.points[i].at_x(x)
     }
 
     /// The value at `x`.

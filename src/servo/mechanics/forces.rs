@@ -13,12 +13,16 @@ pub(super) enum Rub {
     LuGre,
 }
 
-/// One harmonic: times a revolution, amplitude \[N m\], phase in turns.
-#[derive(Debug, Clone, Copy)]
-struct Wave {
-    times: f64,
-    amplitude: f64,
-    turns: f64,
+/// Harmonics that are computed side by side.
+const SIDE: usize = 4;
+
+/// Harmonics: times a revolution, amplitude \[N m\], phase in turns.
+#[derive(Debug, Clone, Copy, Default)]
+#[repr(align(32))]
+struct Waves {
+    times: [f64; SIDE],
+    amplitude: [f64; SIDE],
+    turns: [f64; SIDE],
 }
 
 /// What the nonlinear torques are computed from.
@@ -31,9 +35,15 @@ pub(super) struct Forces {
     fall: f64,
     /// Inverse of the Stribeck speed \[s/rad\].
     stribeck: f64,
+    /// Half the largest curvature of the friction's curve \[N m s²/rad²\].
+    pub(super) sharpest: f64,
     sigma_0: f64,
     sigma_1: f64,
-    waves: Vec<Wave>,
+    waves: Vec<Waves>,
+    /// Largest change of the ripple with the angle \[N m/rad\], and what Hermite's rule of two derivatives misses of it, by the
+    /// sixth power of the angle: a 100800th of its sixth derivative \[N m/rad⁶\].
+    pub(super) steep: f64,
+    pub(super) sixth: f64,
     force: Option<CuttingForce>,
     start_mm: f64,
     mm_rad: f64,
@@ -45,11 +55,17 @@ impl Forces {
     pub(super) fn new(effects: &Effects, drive: &Drive, start_mm: f64) -> Self {
         let mm_rad = drive.transmission_mm_rad;
         let start_rad = start_mm / mm_rad;
-        let waves = effects.ripple.iter().flat_map(|ripple| &ripple.harmonics).map(|harmonic| {
+        let harmonics = || effects.ripple.iter().flat_map(|ripple| &ripple.harmonics).filter(|h| h.amplitude_nm > 0.0);
+        let mut waves = vec![Waves::default(); harmonics().count().div_ceil(SIDE)];
+        for (i, harmonic) in harmonics().enumerate() {
             let times = f64::from(harmonic.per_revolution);
             let turns = 0.5 * FRAC_1_PI * (times * start_rad + harmonic.phase_rad);
-            Wave { times, amplitude: harmonic.amplitude_nm, turns: turns - turns.floor() }
-        });
+            let waves = &mut waves[i / SIDE];
+            waves.times[i % SIDE] = times;
+            waves.amplitude[i % SIDE] = harmonic.amplitude_nm;
+            waves.turns[i % SIDE] = turns - turns.floor();
+        }
+        let derivative = |n| harmonics().map(|h| h.amplitude_nm * f64::from(h.per_revolution).powi(n)).sum::<f64>();
         let curve = effects.friction.map(|friction| *friction.curve());
         let (sigma_0, sigma_1) = match effects.friction {
             Some(Friction::LuGre(lugre)) => (lugre.stiffness_nm_rad, lugre.damping_nm_s_rad),
@@ -65,9 +81,12 @@ impl Forces {
             coulomb: curve.map_or(0.0, |curve| curve.coulomb_nm),
             fall: curve.map_or(0.0, |curve| curve.static_nm - curve.coulomb_nm),
             stribeck: curve.map_or(0.0, |curve| mm_rad / curve.stribeck_mm_s),
+            sharpest: curve.map_or(0.0, |c| (c.static_nm - c.coulomb_nm) * (mm_rad / c.stribeck_mm_s).powi(2)),
             sigma_0,
             sigma_1,
-            waves: waves.filter(|wave| wave.amplitude > 0.0).collect(),
+            steep: derivative(1),
+            sixth: derivative(6) / 100_800.0,
+            waves,
             force: effects.force.clone(),
             start_mm,
             mm_rad,
@@ -85,51 +104,63 @@ impl Forces {
         self.rub != Rub::None || self.force.is_some()
     }
 
-    /// Ripple \[N m\] and its rate \[N m/s\] at a motor angle from the start.
+    /// Ripple \[N m\], its slope \[N m/rad\] and curvature \[N m/rad²\] at a motor angle from the start.
     #[inline(always)]
-    pub(super) fn ripple(&self, angle: f64, speed: f64) -> [f64; 2] {
-        let mut ripple = [0.0; 2];
+    pub(super) fn ripple(&self, angle: f64) -> [f64; 3] {
+        let mut ripple = [0.0; 3];
         let turns = angle * (0.5 * FRAC_1_PI);
-        for wave in &self.waves {
-            let (sine, cosine) = sine_cosine(wave.times.mul_add(turns, wave.turns));
-            ripple[0] = wave.amplitude.mul_add(sine, ripple[0]);
-            ripple[1] = (wave.amplitude * wave.times).mul_add(cosine, ripple[1]);
+        for waves in &self.waves {
+            let mut parts = [[0.0; SIDE]; 3];
+            for i in 0..SIDE {
+                let (times, amplitude) = (waves.times[i], waves.amplitude[i]);
+                let (sine, cosine) = sine_cosine(times.mul_add(turns, waves.turns[i]));
+                let slope = amplitude * times;
+                parts[0][i] = amplitude * sine;
+                parts[1][i] = slope * cosine;
+                parts[2][i] = -(slope * times) * sine;
+            }
+            for (sum, part) in ripple.iter_mut().zip(&parts) {
+                *sum += (part[0] + part[1]) + (part[2] + part[3]);
+            }
         }
-        ripple[1] *= speed;
         ripple
     }
 
-    /// Cutting force as a torque \[N m\].
+    /// Cutting force as a torque \[N m\], its rate \[N m/s\], and the slope of its table.
     #[inline(always)]
-    pub(super) fn force(&self, time_s: f64, place: f64, near: &mut usize) -> f64 {
-        let (table, x): (&Table, f64) = match &self.force {
-            None => return 0.0,
-            Some(CuttingForce::OverTime(table)) => (table, time_s),
-            Some(CuttingForce::OverPosition(table)) => (table, place.mul_add(self.mm_rad, self.start_mm)),
+    pub(super) fn force(&self, time_s: f64, place: f64, speed: f64, near: &mut usize) -> Force {
+        let (table, x, rate): (&Table, f64, f64) = match &self.force {
+            None => return Force::default(),
+            Some(CuttingForce::OverTime(table)) => (table, time_s, 1.0),
+            Some(CuttingForce::OverPosition(table)) => {
+                (table, place.mul_add(self.mm_rad, self.start_mm), self.mm_rad * speed)
+            }
         };
-        self.leverage * table.near(x, near)
+        let [value, slope] = table.with_slope(x, near);
+        Force { torque: self.leverage * value, rate: self.leverage * slope * rate, slope }
     }
 
-    /// `g(ω)` \[N m\].
+    /// `g(ω)` \[N m\] and its derivative \[N m s/rad\].
     #[inline(always)]
-    fn curve(&self, speed: f64) -> f64 {
+    fn curve(&self, speed: f64) -> [f64; 2] {
         if self.fall > 0.0 {
             let y = speed * self.stribeck;
-            self.fall.mul_add(bell(y * y), self.coulomb)
+            let bell = self.fall * bell(y * y);
+            [bell + self.coulomb, -2.0 * self.stribeck * y * bell]
         } else {
-            self.coulomb
+            [self.coulomb, 0.0]
         }
     }
 
     /// Straight bristles at rest.
     pub(super) fn at_rest(&self) -> Bristle {
-        Bristle { z: 0.0, rate: 0.0, curve: self.curve(0.0) }
+        Bristle { z: 0.0, rate: 0.0, curve: self.curve(0.0)[0] }
     }
 
-    /// Friction of a table that slips in a direction, without its viscous part \[N m\].
+    /// Friction of a table that slips in a direction, without its viscous part \[N m\], and its derivative by the speed \[N m s/rad\].
     #[inline(always)]
-    pub(super) fn slipping(&self, direction: f64, speed: f64) -> f64 {
-        -direction * self.curve(speed)
+    pub(super) fn slipping(&self, direction: f64, speed: f64) -> [f64; 2] {
+        self.curve(speed).map(|x| -direction * x)
     }
 
     /// Friction and bristle of the `LuGre` model at the end of a step.
@@ -148,7 +179,7 @@ impl Forces {
         foreseen: f64,
         h: f64,
     ) -> (f64, Bristle) {
-        let curve = self.curve(foreseen_speed);
+        let [curve, _] = self.curve(foreseen_speed);
         let end = self.sigma_0 * foreseen_speed.abs() / curve;
         let rate = 0.5 * (bristle.rate + end);
         let x = rate * h;
@@ -169,6 +200,17 @@ impl Forces {
         let z = late.mul_add(speed, old);
         (slope.mul_add(speed, constant), Bristle { z, rate: end, curve })
     }
+}
+
+/// A cutting force.
+#[derive(Debug, Clone, Copy, Default)]
+pub(super) struct Force {
+    /// At the motor shaft \[N m\].
+    pub(super) torque: f64,
+    /// \[N m/s\].
+    pub(super) rate: f64,
+    /// Of its table: where it changes there is a corner.
+    pub(super) slope: f64,
 }
 
 /// State of the bristles, with what is known of the curve there.

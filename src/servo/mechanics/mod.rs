@@ -1,24 +1,24 @@
 //! The machine: motor, screw and table under a voltage that switches at known times.
 //!
 //! Everything is referred to the motor shaft (rad, N m). Between events the machine is linear but for the friction's dependence on
-//! speed, the ripple's on angle and the force's on time or place: its linear part is advanced exactly ([`ladder`]), with the
-//! motor's extra torque as a cubic (values and slopes at both ends) and the table's as a straight line over the step. Both are
+//! speed, the ripple's on angle and the force's on time or place: its linear part is advanced exactly ([`grid`]), with the
+//! motor's extra torque as a quintic over the step (values, slopes and curvatures at both ends) and the table's as a cubic. Both are
 //! evaluated at a predicted end and corrected once (an exponential predictor-corrector; M. Hochbruck, A. Ostermann,
-//! "Exponential integrators", Acta Numerica 19, 2010, section 2).
+//! "Exponential integrators", Acta Numerica 19, 2010, section 2); bristles go along a straight line, solved with the speed.
 //!
-//! Events end a step: the table comes to rest, breaks away, meets or leaves a side of the gap. A step in which one happens is halved
-//! until it is 2⁻⁸ of the whole; then the machine changes its mode there. Linear modes: table free to move or stuck, screw in contact or
-//! in the gap.
+//! Events end a step: the table comes to rest, breaks away, meets or leaves a side of the gap. A step in which one happens is cut
+//! where a cubic says that it did, to a 64th of the whole; then the machine changes its mode, and what the other mode's torque would
+//! have done since then is made up for. Linear modes: table free to move or stuck, screw in contact or in the gap.
 //!
 //! Nearly every period is one step, its voltages with it; one in which something happens, or that was foreseen badly, is taken
 //! apart ([`motion`]).
 
 mod forces;
-mod ladder;
+mod grid;
 mod motion;
 
-use self::forces::{Bristle, Forces, Rub};
-use self::ladder::{Column, LANES, LEVELS, Linear, MOTOR, PLACE, Step, TABLE, TORQUE, TWIST, halvings};
+use self::forces::{Bristle, Force, Forces, Rub};
+use self::grid::{Column, LANES, Linear, MOTOR, PLACE, Step, TABLE, TICKS, TORQUE, TWIST};
 use super::AxisParameters;
 use super::effects::Effects;
 
@@ -28,14 +28,13 @@ const SWING: f64 = 1.1;
 /// One stretch of the period under one voltage.
 #[derive(Debug, Clone)]
 struct Part {
-    /// Steps in it, at the coarsest.
-    pieces: u64,
+    /// Ticks in it: [`TICKS`] for every step at the coarsest.
+    ticks: usize,
     /// Where it begins in the period \[s\].
     begin_s: f64,
-    /// The shortest step \[s\].
     tick_s: f64,
-    /// Exact steps by mode: free in the gap or not (2), stuck or not (1).
-    ladders: [Vec<Step>; 4],
+    /// Exact steps by mode, over 1, 2, … ticks: free in the gap or not (2), stuck or not (1).
+    grids: [Vec<Step>; 4],
 }
 
 /// What the machine is doing.
@@ -52,11 +51,13 @@ pub(super) struct State {
     bristle: Bristle,
     /// Table behind a kinematic gap \[rad\].
     follower: f64,
-    /// Ripple \[N m\] and its rate \[N m/s\]; friction and force at the table \[N m\] and the rate of their sum.
-    ripple: [f64; 2],
+    /// Ripple \[N m\], its slope \[N m/rad\] and curvature \[N m/rad²\]; friction \[N m\], its derivative by the
+    /// speed \[N m s/rad\], and the rate of bristles \[N m/s\]; force.
+    ripple: [f64; 3],
     friction: f64,
-    force: f64,
-    table_rate: f64,
+    steep: f64,
+    rub_rate: f64,
+    force: Force,
     free: bool,
     stuck: bool,
 }
@@ -73,6 +74,12 @@ impl State {
     pub(super) fn motor_rad_s(&self) -> f64 {
         self.z[MOTOR]
     }
+
+    /// The table behind a kinematic gap, when the screw has been at `place`.
+    #[inline(always)]
+    fn follow(&mut self, place: f64, half_gap: f64) {
+        self.follower = self.follower.max(place - half_gap).min(place + half_gap);
+    }
 }
 
 /// The machine of one axis.
@@ -80,14 +87,16 @@ impl State {
 #[derive(Debug, Clone)]
 pub(super) struct Machine {
     pub(super) state: State,
-    /// Level at which the last part ended.
-    level: usize,
+    /// Ticks of the longest step that the tolerance allows.
+    longest: usize,
     /// Where in its table the force was found.
     near: usize,
     forces: Forces,
     linear: Linear,
-    /// What changes the speed of the table by more is a miss \[rad/s\].
-    tolerance: f64,
+    /// What changes the speed of the table by more than the inverse is a miss \[s/rad\].
+    per_tolerance: f64,
+    /// Inverse of the table's inertia, or of all \[1/(kg m²)\].
+    lightness: f64,
     /// Half the gap \[rad\]; the gap is between two masses, or kinematic.
     half_gap: f64,
     flexible: bool,
@@ -106,8 +115,8 @@ pub(super) struct Machine {
 
 /// Pieces of a part: few, and a whole number already.
 #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss)]
-fn whole(pieces: f64) -> u64 {
-    pieces as u64
+fn whole(pieces: f64) -> usize {
+    pieces as usize
 }
 
 impl Machine {
@@ -146,28 +155,28 @@ impl Machine {
             let swings = if gapped || sticks { (resonance * length_s / SWING).ceil() } else { 1.0 };
             let share = (f64::from(effects.integration.substeps) * length_s / period_s).ceil();
             let pieces = swings.max(share).max(1.0);
-            let ladders = std::array::from_fn(|mode| {
+            let tick_s = length_s / (pieces * TICKS as f64);
+            let grids = std::array::from_fn(|mode| {
                 let (free, stuck) = (mode & 2 != 0, mode & 1 != 0);
                 let needed = length_s > 0.0 && (!free || gapped) && (!stuck || sticks);
-                if needed { linear.ladder(length_s / pieces, free, stuck) } else { Vec::new() }
+                if needed { linear.grid(tick_s, free, stuck) } else { Vec::new() }
             });
             Part {
-                pieces: if length_s > 0.0 { whole(pieces) } else { 0 },
+                ticks: if length_s > 0.0 { whole(pieces) * TICKS } else { 0 },
                 begin_s,
-                tick_s: length_s / pieces * halvings(LEVELS),
-                ladders,
+                tick_s,
+                grids,
             }
         };
         let switch_s = switch_share * period_s;
         let parts = [part(0.0, switch_s), part(switch_s, period_s - switch_s)];
-        let switches = parts[0].pieces > 0;
+        let switches = parts[0].ticks > 0;
         let whole = effects.integration.substeps == 1 && (!(gapped || sticks) || resonance * period_s <= SWING);
-        let wholes = std::array::from_fn(|mode| match (whole, parts[0].ladders[mode].first()) {
-            (true, None) => parts[1].ladders[mode].first().copied().unwrap_or(Step::NONE),
+        let wholes = std::array::from_fn(|mode| match (whole, parts[0].grids[mode].last()) {
+            (true, None) => parts[1].grids[mode].last().copied().unwrap_or(Step::NONE),
             (true, Some(before)) => {
-                let all = linear.ladder(period_s, mode & 2 != 0, mode & 1 != 0);
-                let after = parts[1].ladders[mode].first().unwrap_or(&Step::NONE);
-                all.first().map_or(Step::NONE, |all| Step::joined(all, before, after))
+                let all = linear.step(period_s, mode & 2 != 0, mode & 1 != 0);
+                Step::joined(&all, before, parts[1].grids[mode].last().unwrap_or(&Step::NONE))
             }
             (false, _) => Step::NONE,
         });
@@ -178,19 +187,21 @@ impl Machine {
             direction: 1.0,
             bristle: forces.at_rest(),
             follower: 0.0,
-            ripple: forces.ripple(0.0, 0.0),
+            ripple: forces.ripple(0.0),
             friction: 0.0,
-            force: forces.force(0.0, 0.0, &mut 0),
-            table_rate: 0.0,
+            steep: 0.0,
+            rub_rate: 0.0,
+            force: forces.force(0.0, 0.0, 0.0, &mut 0),
             free: gapped,
             stuck: sticks,
         };
         Self {
             state,
-            level: 0,
+            longest: TICKS,
             near: 0,
             linear,
-            tolerance: effects.integration.tolerance_mm_s / r_g,
+            per_tolerance: r_g / effects.integration.tolerance_mm_s,
+            lightness: 1.0 / table_inertia.unwrap_or(inertia),
             half_gap,
             flexible,
             gapped,
@@ -214,7 +225,7 @@ impl Machine {
     /// What can be told of the machine beside its positions, in a state under a voltage; torques at the motor shaft.
     pub(super) fn tell(&self, state: &State, voltage: f64) -> Telling {
         let friction_nm = if state.stuck {
-            -self.drives(state, &state.z, voltage, state.ripple[0], state.force)
+            -self.drives(state, &state.z, voltage, state.ripple[0], state.force.torque)
         } else {
             state.friction - self.linear.table_viscous * state.z[TABLE]
         };
@@ -223,7 +234,7 @@ impl Machine {
             torque_nm: self.torque(&state.z, voltage),
             ripple_nm: state.ripple[0],
             friction_nm,
-            force_nm: state.force,
+            force_nm: state.force.torque,
             stuck: state.stuck,
             in_gap: state.free,
         }

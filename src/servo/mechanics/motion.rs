@@ -1,7 +1,7 @@
 //! The machine in motion: whole periods where nothing happens, and the search for what does.
 
-use super::forces::{Bristle, Rub};
-use super::ladder::{Column, LEVELS, MOTOR, PLACE, Step, TABLE, TORQUE, TWIST, add};
+use super::forces::{Bristle, Force, Rub};
+use super::grid::{Column, MOTOR, PLACE, Step, TABLE, TICKS, TORQUE, TWIST, add};
 use super::{Machine, State};
 use crate::lane::{Kernel, vectorized};
 
@@ -14,14 +14,17 @@ const MISS_OF_A_PERIOD: f64 = 0.3;
 #[derive(Clone, Copy)]
 struct Trial {
     z: Column,
-    ripple: [f64; 2],
+    ripple: [f64; 3],
     friction: f64,
-    force: f64,
+    steep: f64,
+    force: Force,
     bristle: Bristle,
-    /// How far the prediction missed, in tolerances.
+    /// What accelerates the table at both ends \[N m\].
+    pushes: [f64; 2],
+    /// What is left out, in tolerances.
     miss: f64,
     event: bool,
-    /// At what share of the step, roughly.
+    /// At what share of the step.
     when: f64,
 }
 
@@ -32,15 +35,12 @@ impl Trial {
         self.when = if when < self.when { when } else { self.when };
     }
 
-    /// By how many levels a step should be shorter to end before the event.
+    /// How many of the step's ticks end just behind the event.
     #[inline(always)]
-    fn shorter(&self) -> usize {
-        let (mut levels, mut share) = (1, 0.5);
-        while share > self.when && levels < LEVELS {
-            share *= 0.5;
-            levels += 1;
-        }
-        levels
+    #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss)] // few, and a whole number already
+    fn ticks(&self, all: usize) -> usize {
+        let ticks = (self.when * all as f64 + 0.1).ceil() as usize;
+        ticks.clamp(1, all)
     }
 }
 
@@ -59,9 +59,8 @@ impl Kernel for Apart<'_> {
         let Self { machine, volts, time_s } = self;
         let mut attempts = 0;
         for (index, voltage) in volts.into_iter().enumerate() {
-            let pieces = machine.parts[index].pieces;
-            if pieces > 0 {
-                machine.run(index, pieces, voltage, time_s, &mut attempts);
+            if machine.parts[index].ticks > 0 {
+                machine.run(index, voltage, time_s, &mut attempts);
             }
         }
     }
@@ -88,7 +87,7 @@ impl Machine {
     /// One period in one step. Leaves everything as it is where that is too rough, or where something happens.
     #[inline(always)]
     fn at_once(&mut self, volts: [f64; 2], time_s: f64) -> bool {
-        if !self.whole || self.level > 0 {
+        if !self.whole || self.longest < TICKS {
             return false;
         }
         if self.state.stuck {
@@ -100,7 +99,7 @@ impl Machine {
         }
         let step = &self.wholes[self.mode()];
         let mut near = self.near;
-        let trial = self.attempt(step, volts, time_s + self.period_s, 0, &mut near);
+        let trial = self.attempt(step, volts, time_s + self.period_s, TICKS, &mut near);
         if trial.event || !(trial.miss <= MISS_OF_A_PERIOD) {
             return false;
         }
@@ -118,7 +117,7 @@ impl Machine {
     #[inline(always)]
     fn hold(&self, voltage: f64) -> f64 {
         let state = &self.state;
-        self.drives(state, &state.z, voltage, state.ripple[0], state.force)
+        self.drives(state, &state.z, voltage, state.ripple[0], state.force.torque)
     }
 
     /// Rate of the table's speed times its inertia \[N m\], in motion.
@@ -146,68 +145,74 @@ impl Machine {
     fn take(&mut self, trial: &Trial, h_s: f64) {
         let state = &mut self.state;
         if self.forces.acts_on_table() {
-            state.table_rate = (trial.friction + trial.force - (state.friction + state.force)) / h_s;
+            if self.forces.rub == Rub::LuGre {
+                state.rub_rate = (trial.friction - state.friction) / h_s;
+                state.bristle = trial.bristle;
+            }
             state.friction = trial.friction;
+            state.steep = trial.steep;
             state.force = trial.force;
-            state.bristle = trial.bristle;
         }
         state.z = trial.z;
         if self.forces.ripples() {
             state.ripple = trial.ripple;
         }
         if self.follows {
-            let place = state.z[PLACE];
-            state.follower = state.follower.max(place - self.half_gap).min(place + self.half_gap);
+            state.follow(state.z[PLACE], self.half_gap);
         }
     }
 
     #[inline(always)]
-    fn run(&mut self, index: usize, pieces: u64, voltage: f64, time_s: f64, attempts: &mut u32) {
+    fn run(&mut self, index: usize, voltage: f64, time_s: f64, attempts: &mut u32) {
         if self.state.stuck && self.hold(voltage).abs() > self.forces.static_nm {
             self.change(voltage, 0.0);
         }
-        let begin_s = time_s + self.parts[index].begin_s;
-        let end = pieces << LEVELS;
-        let tick_s = self.parts[index].tick_s;
+        let (begin_s, tick_s) = (time_s + self.parts[index].begin_s, self.parts[index].tick_s);
         let mut near = self.near;
-        let mut at = 0_u64;
-        let mut level = self.level;
-        while at < end {
-            let size = 1_u64 << (LEVELS - level);
-            let step = &self.parts[index].ladders[self.mode()][level];
-            let (h_s, end_s) = (step.h_s, begin_s + (at + size) as f64 * tick_s);
-            let trial = self.attempt(step, [voltage; 2], end_s, level, &mut near);
+        let mut left = self.parts[index].ticks;
+        let mut to_event = TICKS;
+        while left > 0 {
+            let ticks = left.min(self.longest).min(to_event);
+            let step = &self.parts[index].grids[self.mode()][ticks - 1];
+            let end_s = begin_s + (self.parts[index].ticks - left + ticks) as f64 * tick_s;
+            let trial = self.attempt(step, [voltage; 2], end_s, ticks, &mut near);
             *attempts += 1;
-            let rough = *attempts > MOST_ATTEMPTS;
-            if (trial.event || trial.miss > 1.0) && level < LEVELS && !rough {
-                level = (level + if trial.event { trial.shorter() } else { 1 }).min(LEVELS);
-                continue;
+            if ticks > 1 && *attempts <= MOST_ATTEMPTS {
+                if trial.miss > 1.0 {
+                    self.longest = ticks / 2;
+                }
+                to_event = if trial.event { trial.ticks(ticks) } else { ticks };
+                if self.longest.min(to_event) < ticks {
+                    continue;
+                }
             }
-            let from = self.state.z[TABLE];
+            let h_s = step.h_s;
             self.take(&trial, h_s);
-            at += size;
+            left -= ticks;
             if trial.event {
-                // How long ago the table came to rest, if it did.
-                let to = trial.z[TABLE];
-                let late_s = if from * to < 0.0 { h_s * to / (to - from) } else { 0.0 };
-                self.change(voltage, late_s);
+                self.change(voltage, ((1.0 - trial.when) * h_s).min(tick_s));
             }
-            // Longer again, where the clock allows and the error is well below the tolerance.
-            if level > 0 && trial.miss < 0.1 && at & ((1 << (LEVELS - level + 1)) - 1) == 0 {
-                level -= 1;
+            to_event = TICKS;
+            // Longer again, where the error is well below the tolerance.
+            if trial.miss < 0.1 {
+                self.longest = if trial.miss < 0.01 { TICKS } else { TICKS.min(self.longest.max(ticks) * 2) };
             }
         }
         self.near = near;
-        self.level = level;
     }
 
     /// Tries one step to `end_s`, under the voltages at its beginning and end.
     #[inline(always)]
-    fn attempt(&self, step: &Step, volts: [f64; 2], end_s: f64, level: usize, near: &mut usize) -> Trial {
+    fn attempt(&self, step: &Step, volts: [f64; 2], end_s: f64, ticks: usize, near: &mut usize) -> Trial {
         let (state, h) = (&self.state, step.h_s);
-        let start = state.friction + state.force;
-        let foreseen = start + state.table_rate * h;
         let (rippled, tabled) = (self.forces.ripples(), self.forces.acts_on_table());
+        // Ripple over the step's time: its acceleration's share of the curvature is left out, and counted as a miss.
+        let turn = state.z[MOTOR] * h;
+        let waves = [state.ripple[0], state.ripple[1] * turn, state.ripple[2] * (turn * turn)];
+        let start = state.friction + state.force.torque;
+        let turning = self.turns && !state.stuck;
+        let pushed = if turning { self.push(&state.z, volts[0], state.ripple[0], start) } else { 0.0 };
+        let rate = (state.steep.mul_add(pushed * self.lightness, state.rub_rate) + state.force.rate) * h;
         let mut z = state.z;
         add(&mut z, &step.state[TABLE], state.z[TABLE]);
         if self.flexible {
@@ -218,12 +223,13 @@ impl Machine {
             add(&mut z, &step.state[TORQUE], state.z[TORQUE]);
         }
         if rippled {
-            add(&mut z, &step.motor[0], state.ripple[0]);
-            add(&mut z, &step.motor[1], state.ripple[1] * h);
+            add(&mut z, &step.motor[0], waves[0]);
+            add(&mut z, &step.motor[1], waves[1]);
+            add(&mut z, &step.motor[2], waves[2]);
         }
         if tabled {
             add(&mut z, &step.table[0], start);
-            add(&mut z, &step.table[1], foreseen - start);
+            add(&mut z, &step.table[1], rate);
         }
         // The voltages are known last.
         if self.switches {
@@ -232,86 +238,149 @@ impl Machine {
         add(&mut z, &step.voltage[1], volts[1]);
         let mut trial = Trial {
             z,
-            ripple: [0.0; 2],
+            ripple: [0.0; 3],
             friction: 0.0,
-            force: 0.0,
+            steep: 0.0,
+            force: Force::default(),
             bristle: state.bristle,
+            pushes: [pushed, 0.0],
             miss: 0.0,
             event: false,
             when: 1.0,
         };
+        let foreseen_speed = z[TABLE];
         if rippled {
             let angle = trial.z[PLACE] + (trial.z[TWIST] + state.offset);
-            trial.ripple = self.forces.ripple(angle, trial.z[MOTOR]);
-            let value = trial.ripple[0] - state.ripple[0] - state.ripple[1] * h;
-            let slope = (trial.ripple[1] - state.ripple[1]) * h;
-            // A cubic through both ends is right to a hundredth of what a straight line misses.
-            trial.miss = 0.01 * (step.motor_end[0][MOTOR] * value).abs() / self.tolerance;
-            add(&mut trial.z, &step.motor_end[0], value);
-            add(&mut trial.z, &step.motor_end[1], slope);
+            trial.ripple = self.forces.ripple(angle);
+            let last = trial.z[MOTOR] * h;
+            let [value, slope, curvature] = [trial.ripple[0], trial.ripple[1] * last, trial.ripple[2] * (last * last)];
+            let ends = [
+                value - (waves[0] + (waves[1] + 0.5 * waves[2])),
+                slope - (waves[1] + waves[2]),
+                curvature - waves[2],
+            ];
+            // What the quintic misses of a wave, what the acceleration and the foreseen angle do.
+            let square = last * last;
+            let further = (step.motor_end[0][PLACE] + step.motor_end[0][TWIST]) * ends[0];
+            let astray = further.abs() + (last - turn).abs() * (1.0 / 120.0);
+            let missed = self.forces.sixth.mul_add(square * square * square, self.forces.steep * astray);
+            trial.miss = step.motor[0][MOTOR] * missed * self.per_tolerance;
+            add(&mut trial.z, &step.motor_end[0], ends[0]);
+            add(&mut trial.z, &step.motor_end[1], ends[1]);
+            add(&mut trial.z, &step.motor_end[2], ends[2]);
         }
         if tabled {
-            let from = state.z[TABLE];
-            trial.force = self.forces.force(end_s, trial.z[PLACE], near);
-            let gain = step.table[1][TABLE];
-            (trial.friction, trial.bristle) = match self.forces.rub {
-                Rub::None => (0.0, state.bristle),
-                Rub::Coulomb if state.stuck => (0.0, state.bristle),
-                Rub::Coulomb => (self.forces.slipping(state.direction, trial.z[TABLE]), state.bristle),
-                Rub::LuGre => {
-                    let known = foreseen - trial.force;
-                    self.forces.bristles(&state.bristle, from, trial.z[TABLE], gain, known, h)
-                }
-            };
-            let missed = trial.friction + trial.force - foreseen;
-            let miss = (gain * missed).abs() / self.tolerance;
-            trial.miss = if miss > trial.miss { miss } else { trial.miss };
-            add(&mut trial.z, &step.table[1], missed);
+            self.load(state, &mut trial, step, volts[1], [start, rate], foreseen_speed, end_s, near);
         }
-        self.look(state, &mut trial, volts, h, level);
+        if turning {
+            let table = trial.friction + trial.force.torque;
+            trial.pushes[1] = self.push(&trial.z, volts[1], trial.ripple[0], table);
+        }
+        self.look(state, &mut trial, volts, h, ticks);
         trial
     }
 
-    /// Whether something happens within a step, and about when: where a straight line between its ends would cross zero.
+    /// Friction and force at the end of a step, and what they are more than carried on.
+    ///
+    /// - `carried`: their sum at the beginning, and its increase
     #[inline(always)]
-    fn look(&self, state: &State, trial: &mut Trial, volts: [f64; 2], h: f64, level: usize) {
+    #[allow(clippy::too_many_arguments)] // one piece of `attempt`
+    fn load(
+        &self,
+        state: &State,
+        trial: &mut Trial,
+        step: &Step,
+        voltage: f64,
+        carried: [f64; 2],
+        foreseen_speed: f64,
+        end_s: f64,
+        near: &mut usize,
+    ) {
+        let ([start, rate], h) = (carried, step.h_s);
+        trial.force = self.forces.force(end_s, trial.z[PLACE], trial.z[TABLE], near);
+        let known = start + rate - trial.force.torque;
+        let missed = if self.forces.rub == Rub::LuGre {
+            // Bristles are stiff: a straight line, solved with the speed.
+            let gain = step.table[1][TABLE];
+            (trial.friction, trial.bristle) =
+                self.forces.bristles(&state.bristle, state.z[TABLE], trial.z[TABLE], gain, known, h);
+            let value = trial.friction - known;
+            add(&mut trial.z, &step.table[1], value);
+            (gain * value).abs()
+        } else {
+            // At the foreseen speed, and from there along the tangent.
+            let gain = step.table_end[0][TABLE];
+            let [friction, steep] = if self.forces.rub == Rub::None || state.stuck {
+                [0.0; 2]
+            } else {
+                self.forces.slipping(state.direction, foreseen_speed)
+            };
+            let beside = trial.z[TABLE] - foreseen_speed;
+            let mut value = steep.mul_add(beside, friction) - known;
+            if steep != 0.0 {
+                value /= 1.0 - gain * steep;
+            }
+            let moved = gain.mul_add(value, beside);
+            (trial.friction, trial.steep) = (steep.mul_add(moved, friction), steep);
+            add(&mut trial.z, &step.table_end[0], value);
+            let mut last = trial.force.rate;
+            if steep != 0.0 {
+                let pushed = self.push(&trial.z, voltage, trial.ripple[0], trial.friction + trial.force.torque);
+                last = steep.mul_add(pushed * self.lightness, last);
+            }
+            let slope = last.mul_add(h, -rate);
+            add(&mut trial.z, &step.table_end[1], slope);
+            // What a cubic misses, what bends of the curve and of the table do.
+            let shape = (slope - 2.0 * value).abs() * (1.0 / 60.0);
+            let bend = self.forces.sharpest * (moved * moved);
+            let corner = if trial.force.slope == state.force.slope { 0.0 } else { slope.abs() * (1.0 / 12.0) };
+            step.table[0][TABLE] * (shape + bend + corner)
+        };
+        let miss = missed * self.per_tolerance;
+        trial.miss = if miss > trial.miss { miss } else { trial.miss };
+    }
+
+    /// Whether something happens within a step, and when.
+    #[inline(always)]
+    fn look(&self, state: &State, trial: &mut Trial, volts: [f64; 2], h: f64, ticks: usize) {
         if state.stuck {
-            let drives = self.drives(state, &trial.z, volts[1], trial.ripple[0], trial.force).abs();
-            if drives > self.forces.static_nm {
-                let before = self.hold(volts[0]).abs();
-                trial.found((self.forces.static_nm - before) / (drives - before));
+            let drives = self.drives(state, &trial.z, volts[1], trial.ripple[0], trial.force.torque);
+            if drives.abs() > self.forces.static_nm {
+                let side = drives.signum();
+                let ends = [self.forces.static_nm - side * self.hold(volts[0]), self.forces.static_nm - side * drives];
+                let rates = if self.flexible {
+                    [&state.z, &trial.z].map(|z| -side * self.linear.stiffness * z[MOTOR] * h)
+                } else {
+                    [ends[1] - ends[0]; 2]
+                };
+                trial.found(crossing(ends, rates));
             }
         } else if self.turns {
-            let (from, to) = (state.direction * state.z[TABLE], state.direction * trial.z[TABLE]);
-            if to < 0.0 {
-                trial.found(from / (from - to));
-            } else if level < LEVELS {
-                let inertia = self.linear.table_inertia.unwrap_or(self.linear.motor_inertia);
-                let falls =
-                    state.direction * self.push(&state.z, volts[0], state.ripple[0], state.friction + state.force);
-                let rises =
-                    state.direction * self.push(&trial.z, volts[1], trial.ripple[0], trial.friction + trial.force);
-                if dips([from * inertia, to * inertia], [falls * h, rises * h]) {
-                    trial.found(1.0);
-                }
+            let scale = state.direction * self.lightness * h;
+            let ends = [state.direction * state.z[TABLE], state.direction * trial.z[TABLE]];
+            let rates = trial.pushes.map(|push| scale * push);
+            if ends[1] < 0.0 {
+                trial.found(crossing(ends, rates));
+            } else if ticks > 1 && dips(ends, rates) {
+                trial.found(0.5);
             }
         }
         if self.gapped {
             if state.free {
                 let side = self.met(&trial.z);
                 if side != 0.0 {
-                    let (before, after) = (side * state.z[TWIST], side * trial.z[TWIST]);
-                    trial.found((self.half_gap - before) / (after - before));
+                    let ends = [&state.z, &trial.z].map(|z| self.half_gap - side * z[TWIST]);
+                    let rates = [&state.z, &trial.z].map(|z| -side * (z[MOTOR] - z[TABLE]) * h);
+                    trial.found(crossing(ends, rates));
                 }
             } else {
-                let (before, after) = (state.side * self.spring(&state.z), state.side * self.spring(&trial.z));
-                if after < 0.0 {
-                    trial.found(before / (before - after));
-                } else if level < LEVELS {
-                    let opening = |z: &Column| state.side * self.linear.stiffness * (z[MOTOR] - z[TABLE]) * h;
-                    if dips([before, after], [opening(&state.z), opening(&trial.z)]) {
-                        trial.found(1.0);
-                    }
+                let ends = [&state.z, &trial.z].map(|z| state.side * self.spring(z));
+                let scale = state.side * self.linear.stiffness * h;
+                let rates = [&state.z, &trial.z].map(|z| scale * (z[MOTOR] - z[TABLE]));
+                if ends[1] < 0.0 {
+                    trial.found(crossing(ends, rates));
+                } else if ticks > 1 && dips(ends, rates) {
+                    trial.found(0.5);
                 }
             }
         }
@@ -319,21 +388,27 @@ impl Machine {
 
     /// Changes the mode where an event has been located.
     ///
-    /// - `late_s`: how long ago the table came to rest
+    /// - `late_s`: how long ago it was
     #[inline(never)]
     fn change(&mut self, voltage: f64, late_s: f64) {
         if self.gapped {
             let side = self.met(&self.state.z);
             let spring = self.spring(&self.state.z);
-            let state = &mut self.state;
-            if state.free {
+            if self.state.free {
                 if side != 0.0 {
+                    let state = &mut self.state;
                     state.free = false;
                     state.side = side;
                     state.offset = side * self.half_gap;
                     state.z[TWIST] -= state.offset;
+                    // The screw has pushed since then.
+                    let first = self.linear.damping * (state.z[MOTOR] - state.z[TABLE]);
+                    self.transfer(first, self.spring(&self.state.z), late_s);
                 }
-            } else if state.side * spring < 0.0 {
+            } else if self.state.side * spring < 0.0 {
+                // It has not pulled since then.
+                self.transfer(0.0, -spring, late_s);
+                let state = &mut self.state;
                 state.free = true;
                 state.z[TWIST] += state.offset;
                 state.offset = 0.0;
@@ -350,19 +425,31 @@ impl Machine {
             if self.state.stuck && hold.abs() > self.forces.static_nm {
                 self.state.stuck = false;
                 self.state.direction = hold.signum();
-                if stops {
-                    // It went back at once, and has had some time for it.
-                    let inertia = self.linear.table_inertia.unwrap_or(self.linear.motor_inertia);
-                    let speed = (hold - self.state.direction * self.forces.static_nm) / inertia * late_s;
-                    self.set_speed(speed, 0.5 * speed * late_s);
-                }
+                // It went at once, and has had some time for it; a table that was at rest under a growing torque, half as much.
+                let more = (hold - self.state.direction * self.forces.static_nm) * self.lightness;
+                let (speed, further) = if stops { (more, 0.5 * more) } else { (0.5 * more, more / 6.0) };
+                self.set_speed(speed * late_s, further * (late_s * late_s));
             }
-            self.state.friction =
-                if self.state.stuck { 0.0 } else { self.forces.slipping(self.state.direction, self.state.z[TABLE]) };
+            [self.state.friction, self.state.steep] =
+                if self.state.stuck { [0.0; 2] } else { self.forces.slipping(self.state.direction, self.state.z[TABLE]) };
         } else if self.turns && self.state.direction * self.state.z[TABLE] < 0.0 {
+            // Further than here it has been when it turned.
+            let furthest = self.state.z[PLACE] - 0.5 * self.state.z[TABLE] * late_s;
+            self.state.follow(furthest, self.half_gap);
             self.state.direction = -self.state.direction;
         }
-        self.state.table_rate = 0.0;
+    }
+
+    /// Lets the screw push the table for `late_s` with a torque that runs straight from `first` to `last`.
+    fn transfer(&mut self, first: f64, last: f64, late_s: f64) {
+        let lightness = if self.state.stuck { 0.0 } else { self.lightness };
+        let (motor_lightness, z) = (1.0 / self.linear.motor_inertia, &mut self.state.z);
+        let impulse = 0.5 * (first + last) * late_s;
+        let further = (first * (1.0 / 3.0) + last * (1.0 / 6.0)) * (late_s * late_s);
+        z[MOTOR] -= impulse * motor_lightness;
+        z[TABLE] += impulse * lightness;
+        z[PLACE] += further * lightness;
+        z[TWIST] -= further * (lightness + motor_lightness);
     }
 
     /// Gives the table another speed, a little further on; the motor stays where it is, if it can.
@@ -372,6 +459,26 @@ impl Machine {
         z[PLACE] += further;
         if self.flexible { z[TWIST] -= further } else { z[MOTOR] = speed }
     }
+}
+
+/// At what share of a step the cubic through what is not negative at its beginning and negative at its end falls below zero.
+///
+/// - `change`: its rates at the ends, times the length of the step
+#[cold]
+fn crossing(ends: [f64; 2], change: [f64; 2]) -> f64 {
+    let ([from, to], [first, last]) = (ends, change);
+    let square = 3.0 * (to - from) - 2.0 * first - last;
+    let cube = first + last - 2.0 * (to - from);
+    let (mut low, mut high) = (0.0, 1.0);
+    let mut x = from / (from - to);
+    for _ in 0..5 {
+        let value = from + x * (first + x * (square + x * cube));
+        let slope = first + x * (2.0 * square + x * (3.0 * cube));
+        if value > 0.0 { low = x } else { high = x }
+        let newton = x - value / slope;
+        x = if newton > low && newton < high { newton } else { 0.5 * (low + high) };
+    }
+    x
 }
 
 /// Whether what is not negative at both ends of a step may be so inside: where it bends upwards it stays above its tangents, and they

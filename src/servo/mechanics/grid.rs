@@ -1,21 +1,23 @@
-//! Exact steps of the linear machine, for a time and for its halves, quarters, … down to a 256th.
+//! Exact steps of the linear machine, over 1, 2, … 64 ticks.
 //!
 //! With the state `z`, the voltage `u` constant and the torques at motor and table polynomials of time, a step of length `h` is
 //! linear in `z`, `u` and the polynomials' coefficients: the matrix exponential of the augmented system
 //! (C. Van Loan, "Computing integrals involving the matrix exponential", IEEE Transactions on Automatic Control 23, 1978).
-//! It is computed once, by scaling and squaring; every intermediate square is kept, since it is the step over a fraction of `h`.
-//! What is squared is `D = exp(hA) - I`, by `(I + D)² - I = 2D + D²`, so that short steps lose no digits.
+//! That over one tick is computed once, by scaling and squaring, the others by joining steps. What is joined is
+//! `D = exp(hA) - I`, by `(I + E)(I + D) - I = D + E + E D`, so that short steps lose no digits.
 
 use nalgebra::SMatrix;
 
-/// Halvings of a step: an event is located to a 2⁻⁸th of it (4 µs at a period of 1 ms, in which a screw that closes its gap with
-/// 10 mm/s goes 40 nm too deep at most), and the table's coming to rest inside of that by a straight line.
-pub(super) const LEVELS: usize = 8;
+/// Ticks of the longest step: events are located to one (16 µs of a period of 1 ms), and inside of it by what acts meanwhile.
+pub(super) const TICKS: usize = 64;
 
 /// Components of the state: motor torque, motor speed, twist, table speed, table position.
 pub(super) const STATES: usize = 5;
-/// State, voltage, four coefficients of the motor's torque, two of the table's.
-const AUGMENTED: usize = STATES + 1 + 4 + 2;
+/// Coefficients of the motor's torque: a quintic. Of the table's: a cubic.
+const AT_MOTOR: usize = STATES + 1;
+const AT_TABLE: usize = AT_MOTOR + 6;
+/// State, voltage and both.
+const AUGMENTED: usize = AT_TABLE + 4;
 
 /// Lanes of a column: the states, padded to whole vector registers.
 pub(super) const LANES: usize = 8;
@@ -93,45 +95,115 @@ impl Linear {
         (a, b)
     }
 
-    /// The steps of one mode over `h_s`, its half, its quarter, …
-    pub(super) fn ladder(&self, h_s: f64, free: bool, stuck: bool) -> Vec<Step> {
+    /// The step of one mode over `h_s`.
+    fn over(&self, h_s: f64, free: bool, stuck: bool) -> Joined {
         let (a, b) = self.rates(free, stuck);
         let mut g = SMatrix::<f64, AUGMENTED, AUGMENTED>::zeros();
         g.fixed_view_mut::<STATES, STATES>(0, 0).copy_from(&(a * h_s));
-        for (input, column) in [STATES, STATES + 1, STATES + 5].into_iter().enumerate() {
+        for (input, column) in [STATES, AT_MOTOR, AT_TABLE].into_iter().enumerate() {
             g.fixed_view_mut::<STATES, 1>(0, column).copy_from(&(b.column(input) * h_s));
         }
         // Chains: the column of a coefficient answers to τⁿ/n!, τ from 0 to 1 over the step.
-        for row in [STATES + 1, STATES + 2, STATES + 3, STATES + 5] {
+        for row in (AT_MOTOR..AT_TABLE - 1).chain(AT_TABLE..AUGMENTED - 1) {
             g[(row, row + 1)] = 1.0;
         }
         // Fine enough that the series ends after a few terms.
-        let mut levels = LEVELS;
-        let mut norm = g.abs().row_sum().max() * halvings(LEVELS);
-        while norm > 0.0625 && levels < 1000 {
+        let mut halvings = 0;
+        let mut norm = g.abs().row_sum().max();
+        while norm > 0.0625 && halvings < 1000 {
             norm *= 0.5;
-            levels += 1;
+            halvings += 1;
         }
-        let x = g * halvings(levels);
+        let x = g * (0..halvings).fold(1.0, |half, _| 0.5 * half);
         let mut d = x;
         let mut term = x;
         for n in 2..=12 {
             term = term * x / f64::from(n);
             d += term;
         }
-        let mut steps = Vec::with_capacity(LEVELS + 1);
-        loop {
-            if levels <= LEVELS {
-                steps.push(Step::of(&d, levels, h_s));
-            }
-            if levels == 0 {
-                break;
-            }
+        for _ in 0..halvings {
             d = d * 2.0 + d * d;
-            levels -= 1;
         }
-        steps.reverse();
-        steps
+        Joined { rows: std::array::from_fn(|row| std::array::from_fn(|column| d[(row, column)])), ticks: 1.0 }
+    }
+
+    /// The steps of one mode over 1, 2, … [`TICKS`] ticks.
+    pub(super) fn grid(&self, tick_s: f64, free: bool, stuck: bool) -> Vec<Step> {
+        let tick = self.over(tick_s, free, stuck);
+        let mut joined: Vec<Joined> = Vec::with_capacity(TICKS);
+        joined.push(tick);
+        for n in 2..=TICKS {
+            // Of two halves: the fewest roundings.
+            joined.push(Joined::of(&joined[n / 2 - 1], &joined[n - n / 2 - 1]));
+        }
+        joined.iter().map(|joined| joined.step(tick_s)).collect()
+    }
+
+    /// The step of one mode over `h_s`, for good.
+    pub(super) fn step(&self, h_s: f64, free: bool, stuck: bool) -> Step {
+        self.over(h_s, free, stuck).step(h_s)
+    }
+}
+
+/// The rows of the state of `D`; time counts in ticks.
+struct Joined {
+    rows: [[f64; AUGMENTED]; STATES],
+    ticks: f64,
+}
+
+impl Joined {
+    /// One step and then another.
+    fn of(first: &Self, then: &Self) -> Self {
+        let mut rows = [[0.0; AUGMENTED]; STATES];
+        for (row, (first_row, then_row)) in rows.iter_mut().zip(first.rows.iter().zip(&then.rows)) {
+            for (column, to) in row.iter_mut().enumerate() {
+                *to = first_row[column] + then_row[column];
+            }
+            for (factor, of_state) in then_row.iter().zip(&first.rows) {
+                for (to, from) in row.iter_mut().zip(of_state) {
+                    *to += factor * from;
+                }
+            }
+            // A coefficient of time has by then become part of those before it: τⁿ/n! is Σ (t^k/k!) (τ - t)^(n-k)/(n-k)!.
+            for chain in [AT_MOTOR..AT_TABLE, AT_TABLE..AUGMENTED] {
+                for column in chain.clone() {
+                    let mut share = 1.0;
+                    for (k, earlier) in (chain.start..column).rev().enumerate() {
+                        share *= first.ticks / (k + 1) as f64;
+                        row[column] += then_row[earlier] * share;
+                    }
+                }
+            }
+        }
+        Self { rows, ticks: first.ticks + then.ticks }
+    }
+
+    fn step(&self, tick_s: f64) -> Step {
+        let column =
+            |index: usize| -> Column { std::array::from_fn(|row| self.rows.get(row).map_or(0.0, |row| row[index])) };
+        // The chains count time in ticks; a step counts in its own length.
+        let power = |first: usize, n: usize| {
+            let scale = (0..n).fold(1.0, |scale, _| scale / self.ticks);
+            column(first + n).map(|x| x * scale)
+        };
+        let mix = |columns: &[(f64, Column)]| -> Column {
+            std::array::from_fn(|row| columns.iter().map(|(factor, column)| factor * column[row]).sum())
+        };
+        let [m0, m1, m2, m3, m4, m5] = [0, 1, 2, 3, 4, 5].map(|n| power(AT_MOTOR, n));
+        let [t0, t1, t2, t3] = [0, 1, 2, 3].map(|n| power(AT_TABLE, n));
+        let quintic = |x: f64, y: f64, z: f64| mix(&[(x, m3), (y, m4), (z, m5)]);
+        let cubic = |x: f64, y: f64| mix(&[(x, t2), (y, t3)]);
+        Step {
+            state: [TORQUE, MOTOR, TWIST, TABLE].map(column),
+            voltage: [[0.0; LANES], column(STATES)],
+            motor: [m0, m1, m2],
+            // Hermite: 10τ³ - 15τ⁴ + 6τ⁵, -4τ³ + 7τ⁴ - 3τ⁵ and (τ³ - 2τ⁴ + τ⁵)/2.
+            motor_end: [quintic(60.0, -360.0, 720.0), quintic(-24.0, 168.0, -360.0), quintic(3.0, -24.0, 60.0)],
+            table: [t0, t1],
+            // 3τ² - 2τ³ and τ³ - τ².
+            table_end: [cubic(6.0, -12.0), cubic(-2.0, 6.0)],
+            h_s: self.ticks * tick_s,
+        }
     }
 }
 
@@ -143,12 +215,14 @@ pub(super) struct Step {
     pub(super) state: [Column; 4],
     /// Voltage until it switches inside the step, and from there on.
     pub(super) voltage: [Column; 2],
-    /// Motor torque at the beginning, and its slope times `h`, carried on in a straight line.
-    pub(super) motor: [Column; 2],
-    /// What the motor torque at the end, and its slope there times `h`, are more than carried on (a cubic through both).
-    pub(super) motor_end: [Column; 2],
-    /// Table torque at the beginning, and its increase over the step.
+    /// Motor torque at the beginning, its slope times `h` and its curvature times `h²`, carried on in a parabola.
+    pub(super) motor: [Column; 3],
+    /// What the motor torque at the end, its slope and curvature there are more than carried on (a quintic through both ends).
+    pub(super) motor_end: [Column; 3],
+    /// Table torque at the beginning, and its slope times `h`, carried on in a straight line.
     pub(super) table: [Column; 2],
+    /// What the table torque at the end, and its slope there, are more than carried on (a cubic through both ends).
+    pub(super) table_end: [Column; 2],
     /// Length \[s\].
     pub(super) h_s: f64,
 }
@@ -170,37 +244,12 @@ impl Step {
     pub(super) const NONE: Self = Self {
         state: [[0.0; LANES]; 4],
         voltage: [[0.0; LANES]; 2],
-        motor: [[0.0; LANES]; 2],
-        motor_end: [[0.0; LANES]; 2],
+        motor: [[0.0; LANES]; 3],
+        motor_end: [[0.0; LANES]; 3],
         table: [[0.0; LANES]; 2],
+        table_end: [[0.0; LANES]; 2],
         h_s: 0.0,
     };
-
-    fn of(d: &SMatrix<f64, AUGMENTED, AUGMENTED>, level: usize, h_s: f64) -> Self {
-        let column =
-            |index: usize| -> Column { std::array::from_fn(|row| if row < STATES { d[(row, index)] } else { 0.0 }) };
-        // The chains count time in whole steps; a shorter step counts in its own length.
-        let power = |first: usize, n: usize| {
-            let scale = 1.0 / halvings(level * n);
-            column(first + n).map(|x| x * scale)
-        };
-        let [m0, m1, m2, m3] = [0, 1, 2, 3].map(|n| power(STATES + 1, n));
-        let combine = |x: f64, y: f64| -> Column { std::array::from_fn(|row| x * m2[row] + y * m3[row]) };
-        Self {
-            state: [TORQUE, MOTOR, TWIST, TABLE].map(column),
-            voltage: [[0.0; LANES], column(STATES)],
-            motor: [m0, m1],
-            // Hermite: 3τ² - 2τ³ and τ³ - τ².
-            motor_end: [combine(6.0, -12.0), combine(-2.0, 6.0)],
-            table: [power(STATES + 5, 0), power(STATES + 5, 1)],
-            h_s: h_s * halvings(level),
-        }
-    }
-}
-
-/// `2⁻ⁿ`, exactly.
-pub(super) fn halvings(n: usize) -> f64 {
-    (0..n).fold(1.0, |half, _| 0.5 * half)
 }
 
 /// `to += column * factor`.
