@@ -110,20 +110,16 @@ impl Forces {
         let mut ripple = [0.0; 3];
         let turns = angle * (0.5 * FRAC_1_PI);
         for waves in &self.waves {
-            let mut parts = [[0.0; SIDE]; 3];
-            for i in 0..SIDE {
-                let (times, amplitude) = (waves.times[i], waves.amplitude[i]);
-                let (sine, cosine) = sine_cosine(times.mul_add(turns, waves.turns[i]));
-                let slope = amplitude * times;
-                parts[0][i] = amplitude * sine;
-                parts[1][i] = slope * cosine;
-                parts[2][i] = -(slope * times) * sine;
-            }
-            for (sum, part) in ripple.iter_mut().zip(&parts) {
-                *sum += (part[0] + part[1]) + (part[2] + part[3]);
+            let (sine, cosine) = sine_cosine(fused(waves.times, [turns; SIDE], waves.turns));
+            let slope = times(waves.amplitude, waves.times);
+            let parts = [times(waves.amplitude, sine), times(slope, cosine), times(times(slope, waves.times), sine)];
+            // Through memory: what is stored side by side is computed side by side.
+            let parts = std::hint::black_box(parts);
+            for i in 0..3 {
+                ripple[i] += (parts[i][0] + parts[i][1]) + (parts[i][2] + parts[i][3]);
             }
         }
-        ripple
+        [ripple[0], ripple[1], -ripple[2]]
     }
 
     /// Cutting force as a torque \[N m\], its rate \[N m/s\], and the slope of its table.
@@ -250,22 +246,50 @@ const COSINE: [f64; 10] = [
     -1.0 / 6402373705728000.0,
 ];
 
+/// Numbers side by side.
+type Side = [f64; SIDE];
+
+/// `a b`.
+#[inline(always)]
+fn times(a: Side, b: Side) -> Side {
+    let mut product = a;
+    for i in 0..SIDE {
+        product[i] *= b[i];
+    }
+    product
+}
+
+/// `a b + c`.
+#[inline(always)]
+fn fused(a: Side, b: Side, c: Side) -> Side {
+    let mut sum = c;
+    for i in 0..SIDE {
+        sum[i] = a[i].mul_add(b[i], c[i]);
+    }
+    sum
+}
+
 /// `sin(2π t)` and `cos(2π t)`, to 1e-13: the ripple needs them several times a period, and they are the same on every machine.
 #[inline(always)]
-fn sine_cosine(turns: f64) -> (f64, f64) {
+fn sine_cosine(turns: Side) -> (Side, Side) {
     // To a quarter turn on either side of zero; half a turn more changes both signs.
-    let halves = (turns + turns).round_ties_even();
-    let x = 2.0 * PI * (turns - 0.5 * halves);
-    let odd = (halves * 0.5 - (halves * 0.5).floor()) * 4.0;
-    let sign = 1.0 - odd;
-    let y = x * x;
+    let (mut x, mut sign) = (turns, turns);
+    for i in 0..SIDE {
+        let halves = (turns[i] + turns[i]).round_ties_even();
+        x[i] = 2.0 * PI * (turns[i] - 0.5 * halves);
+        let odd = (halves * 0.5 - (halves * 0.5).floor()) * 4.0;
+        sign[i] = 1.0 - odd;
+    }
     // Estrin's scheme: half the wait of Horner's.
-    let (y2, y4) = (y * y, (y * y) * (y * y));
-    let pair = |c: &[f64], i: usize| c[i + 1].mul_add(y, c[i]);
-    let four = |c: &[f64], i: usize| pair(c, i + 2).mul_add(y2, pair(c, i));
-    let sine = SINE[8].mul_add(y4 * y4, four(&SINE, 4).mul_add(y4, four(&SINE, 0)));
-    let cosine = pair(&COSINE, 8).mul_add(y4 * y4, four(&COSINE, 4).mul_add(y4, four(&COSINE, 0)));
-    (sign * x * sine, sign * cosine)
+    let y = times(x, x);
+    let y2 = times(y, y);
+    let y4 = times(y2, y2);
+    let pair = |c: &[f64], i: usize| fused([c[i + 1]; SIDE], y, [c[i]; SIDE]);
+    let four = |c: &[f64], i: usize| fused(pair(c, i + 2), y2, pair(c, i));
+    let y8 = times(y4, y4);
+    let sine = fused([SINE[8]; SIDE], y8, fused(four(&SINE, 4), y4, four(&SINE, 0)));
+    let cosine = fused(pair(&COSINE, 8), y8, fused(four(&COSINE, 4), y4, four(&COSINE, 0)));
+    (times(times(sign, x), sine), times(sign, cosine))
 }
 
 #[cfg(test)]
@@ -276,7 +300,7 @@ mod tests {
     fn validates_sine_and_cosine() {
         for i in -5000..5000 {
             let turns = f64::from(i) * 1.234567e-3;
-            let (sine, cosine) = sine_cosine(turns);
+            let ([sine, ..], [cosine, ..]) = sine_cosine([turns; SIDE]);
             assert!((sine - libm::sin(2.0 * PI * turns)).abs() < 2e-13, "{turns}");
             assert!((cosine - libm::cos(2.0 * PI * turns)).abs() < 2e-13, "{turns}");
         }
