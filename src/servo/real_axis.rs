@@ -3,7 +3,7 @@
 use super::controller::{AnyController, Controller, Measured, PdffController};
 use super::demand::{Axis, Demand};
 use super::effects::{Effects, EncoderPlace, PitchError, Sensor};
-use super::mechanics::{Machine, State};
+use super::mechanics::Machine;
 use super::remedies::{Biquad, Compensator, Remedies, ZeroPhase};
 use super::{AxisParameters, AxisSignals, Derivative, LoopSettings, ServoError};
 
@@ -65,13 +65,14 @@ pub struct RealAxis<C = AnyController> {
     waiting: [f64; WAITING],
     late: usize,
     at: usize,
+    /// Voltages of the period that the next sample ends: until the switch, and from there on.
+    coming_v: [f64; 2],
+    /// Voltage on the machine when the last sample was taken.
     applied_v: f64,
     last_command_mm: f64,
     k: u64,
-    /// What [`DriveSignals`] are made of: measurement, machine and its voltage at the last sample.
+    /// What the controller was told at the last sample.
     measured: Measured,
-    before: State,
-    before_v: f64,
 }
 
 /// Whole samples of a delay: at most 17, a whole number already.
@@ -144,12 +145,11 @@ impl<C: Controller> RealAxis<C> {
             near: 0,
             pitch_start_mm: 0.0,
             measured: Measured::default(),
-            before: machine.state,
-            before_v: 0.0,
             machine,
             waiting: [0.0; WAITING],
             late: whole(late),
             at: 0,
+            coming_v: [0.0; 2],
             applied_v: 0.0,
             last_command_mm: 0.0,
             k: 0,
@@ -161,11 +161,12 @@ impl<C: Controller> RealAxis<C> {
 
     /// The signals beside those that [`step`](Axis::step) gave, of the same sample (before the first: at rest).
     pub fn drive_signals(&self) -> DriveSignals {
-        let telling = self.machine.tell(&self.before, self.before_v);
+        let machine = &self.machine;
+        let telling = machine.tell(self.applied_v);
         DriveSignals {
             measured_mm: self.start_mm + self.measured.position_mm,
             measured_rad_s: self.measured.velocity_rad_s,
-            motor_mm: self.start_mm + self.mm_rad * self.before.motor_rad(),
+            motor_mm: self.start_mm + self.mm_rad * machine.state.motor_rad(),
             table_mm_s: self.mm_rad * telling.table_rad_s,
             motor_torque_nm: telling.torque_nm,
             ripple_nm: telling.ripple_nm,
@@ -211,12 +212,17 @@ impl<C: Controller> RealAxis<C> {
 impl<C: Controller> Axis for RealAxis<C> {
     #[inline(always)]
     fn step(&mut self, demand: &Demand) -> AxisSignals {
+        // Move: the machine goes on when the next sample is taken, so that until then it can be looked at.
+        if self.k > 0 {
+            self.applied_v = self.coming_v[1];
+            self.machine.advance(self.coming_v, (self.k - 1) as f64 * self.period_s);
+        }
+        self.k += 1;
+
         // Measure.
-        self.before = self.machine.state;
-        self.before_v = self.applied_v;
         let motor_rad_s = self.machine.state.motor_rad_s();
         let motor_mm = self.mm_rad * self.machine.state.motor_rad();
-        let nominal_mm = self.mm_rad * self.machine.table_rad(&self.machine.state);
+        let nominal_mm = self.mm_rad * self.machine.table_rad();
         let table_mm = nominal_mm + self.pitch_mm(nominal_mm);
         let seen_mm = if self.sensor.place == EncoderPlace::Motor { motor_mm } else { table_mm };
         let (position_mm, velocity_rad_s) = self.sensor.measure(seen_mm, motor_rad_s);
@@ -243,15 +249,12 @@ impl<C: Controller> Axis for RealAxis<C> {
             voltage_v = (voltage_v * self.steps_v).round_ties_even() * self.step_v;
         }
 
-        // Move.
+        // To the amplifier, late.
         let at = self.at;
         self.at = (at + 1) % WAITING;
         self.waiting[at] = voltage_v;
-        let before = self.waiting[(at + WAITING - self.late - 1) % WAITING];
-        let after = self.waiting[(at + WAITING - self.late) % WAITING];
-        self.machine.advance(before, after, self.k as f64 * self.period_s);
-        self.applied_v = after;
-        self.k += 1;
+        let [before, after] = [self.late + 1, self.late].map(|late| self.waiting[(at + WAITING - late) % WAITING]);
+        self.coming_v = [before, after];
 
         AxisSignals {
             command_mm: demand.position_mm,

@@ -218,12 +218,13 @@ impl Machine {
 
     /// Place of the table from the start \[rad\].
     #[inline(always)]
-    pub(super) fn table_rad(&self, state: &State) -> f64 {
-        if self.follows { state.follower } else { state.z[PLACE] }
+    pub(super) fn table_rad(&self) -> f64 {
+        if self.follows { self.state.follower } else { self.state.z[PLACE] }
     }
 
-    /// What can be told of the machine beside its positions, in a state under a voltage; torques at the motor shaft.
-    pub(super) fn tell(&self, state: &State, voltage: f64) -> Telling {
+    /// What can be told of the machine beside its positions, under a voltage; torques at the motor shaft.
+    pub(super) fn tell(&self, voltage: f64) -> Telling {
+        let state = &self.state;
         let friction_nm = if state.stuck {
             -self.drives(state, &state.z, voltage, state.ripple[0], state.force.torque)
         } else {

@@ -73,12 +73,11 @@ fn take_apart(machine: &mut Machine, volts: [f64; 2], time_s: f64) {
 }
 
 impl Machine {
-    /// One period: the voltage of before, and from the switch on the other one.
+    /// One period under the voltage until the switch, and the one from there on.
     ///
     /// - `time_s`: when it begins
     #[inline(always)]
-    pub(in crate::servo) fn advance(&mut self, before_v: f64, after_v: f64, time_s: f64) {
-        let volts = [before_v, after_v];
+    pub(in crate::servo) fn advance(&mut self, volts: [f64; 2], time_s: f64) {
         if !self.at_once(volts, time_s) {
             take_apart(self, volts, time_s);
         }
