@@ -122,18 +122,22 @@ impl Forces {
         [ripple[0], ripple[1], -ripple[2]]
     }
 
-    /// Cutting force as a torque \[N m\], its rate \[N m/s\], and the slope of its table.
+    /// Cutting force as a torque, at a time or a place.
     #[inline(always)]
-    pub(super) fn force(&self, time_s: f64, place: f64, speed: f64, near: &mut usize) -> Force {
-        let (table, x, rate): (&Table, f64, f64) = match &self.force {
+    pub(super) fn force(&self, time_s: f64, place: f64, near: &mut usize) -> Force {
+        let (table, x, scale): (&Table, f64, f64) = match &self.force {
             None => return Force::default(),
             Some(CuttingForce::OverTime(table)) => (table, time_s, 1.0),
-            Some(CuttingForce::OverPosition(table)) => {
-                (table, place.mul_add(self.mm_rad, self.start_mm), self.mm_rad * speed)
-            }
+            Some(CuttingForce::OverPosition(table)) => (table, place.mul_add(self.mm_rad, self.start_mm), self.mm_rad),
         };
         let [value, slope] = table.with_slope(x, near);
-        Force { torque: self.leverage * value, rate: self.leverage * slope * rate, slope }
+        Force { torque: self.leverage * value, slope: self.leverage * slope * scale }
+    }
+
+    /// Whether the force depends on the place.
+    #[inline(always)]
+    pub(super) fn by_place(&self) -> bool {
+        matches!(self.force, Some(CuttingForce::OverPosition(_)))
     }
 
     /// `g(ω)` \[N m\] and its derivative \[N m s/rad\].
@@ -203,9 +207,7 @@ impl Forces {
 pub(super) struct Force {
     /// At the motor shaft \[N m\].
     pub(super) torque: f64,
-    /// \[N m/s\].
-    pub(super) rate: f64,
-    /// Of its table: where it changes there is a corner.
+    /// Slope of the line that begins there \[N m/s\] or \[N m/rad\].
     pub(super) slope: f64,
 }
 

@@ -191,7 +191,7 @@ impl Machine {
             friction: 0.0,
             steep: 0.0,
             rub_rate: 0.0,
-            force: forces.force(0.0, 0.0, 0.0, &mut 0),
+            force: forces.force(0.0, 0.0, &mut 0),
             free: gapped,
             stuck: sticks,
         };

@@ -211,7 +211,15 @@ impl Machine {
         let start = state.friction + state.force.torque;
         let turning = self.turns && !state.stuck;
         let pushed = if turning { self.push(&state.z, volts[0], state.ripple[0], start) } else { 0.0 };
-        let rate = (state.steep.mul_add(pushed * self.lightness, state.rub_rate) + state.force.rate) * h;
+        // Over time the force is known; over the place it is foreseen from the speed.
+        let mut force = state.force;
+        let rise = if self.forces.by_place() {
+            state.force.slope * state.z[TABLE] * h
+        } else {
+            force = self.forces.force(end_s, 0.0, near);
+            force.torque - state.force.torque
+        };
+        let rate = state.steep.mul_add(pushed * self.lightness, state.rub_rate).mul_add(h, rise);
         let mut z = state.z;
         add(&mut z, &step.state[TABLE], state.z[TABLE]);
         if self.flexible {
@@ -240,7 +248,7 @@ impl Machine {
             ripple: [0.0; 3],
             friction: 0.0,
             steep: 0.0,
-            force: Force::default(),
+            force,
             bristle: state.bristle,
             pushes: [pushed, 0.0],
             miss: 0.0,
@@ -269,7 +277,7 @@ impl Machine {
             add(&mut trial.z, &step.motor_end[2], ends[2]);
         }
         if tabled {
-            self.load(state, &mut trial, step, volts[1], [start, rate], foreseen_speed, end_s, near);
+            self.load(state, &mut trial, step, volts[1], [start, rate, rise], foreseen_speed, near);
         }
         if turning {
             let table = trial.friction + trial.force.torque;
@@ -281,7 +289,7 @@ impl Machine {
 
     /// Friction and force at the end of a step, and what they are more than carried on.
     ///
-    /// - `carried`: their sum at the beginning, and its increase
+    /// - `carried`: their sum at the beginning, its increase and the force's
     #[inline(always)]
     #[allow(clippy::too_many_arguments)] // one piece of `attempt`
     fn load(
@@ -290,13 +298,19 @@ impl Machine {
         trial: &mut Trial,
         step: &Step,
         voltage: f64,
-        carried: [f64; 2],
+        carried: [f64; 3],
         foreseen_speed: f64,
-        end_s: f64,
         near: &mut usize,
     ) {
-        let ([start, rate], h) = (carried, step.h_s);
-        trial.force = self.forces.force(end_s, trial.z[PLACE], trial.z[TABLE], near);
+        let ([start, rate, rise], h) = (carried, step.h_s);
+        let (mut last_rise, mut along) = (rise, h);
+        if self.forces.by_place() {
+            trial.force = self.forces.force(0.0, trial.z[PLACE], near);
+            last_rise = trial.force.slope * trial.z[TABLE] * h;
+            along = trial.z[PLACE] - state.z[PLACE];
+        }
+        // By how much the force has left its line: what a corner inside of the step does is at most half of it.
+        let corner = state.force.slope.mul_add(-along, trial.force.torque - state.force.torque).abs();
         let known = start + rate - trial.force.torque;
         let missed = if self.forces.rub == Rub::LuGre {
             // Bristles are stiff: a straight line, solved with the speed.
@@ -305,7 +319,7 @@ impl Machine {
                 self.forces.bristles(&state.bristle, state.z[TABLE], trial.z[TABLE], gain, known, h);
             let value = trial.friction - known;
             add(&mut trial.z, &step.table[1], value);
-            (gain * value).abs()
+            (gain * value).abs().max(step.table[0][TABLE] * (0.5 * corner))
         } else {
             // At the foreseen speed, and from there along the tangent.
             let gain = step.table_end[0][TABLE];
@@ -322,18 +336,17 @@ impl Machine {
             let moved = gain.mul_add(value, beside);
             (trial.friction, trial.steep) = (steep.mul_add(moved, friction), steep);
             add(&mut trial.z, &step.table_end[0], value);
-            let mut last = trial.force.rate;
+            let mut slope = last_rise - rate;
             if steep != 0.0 {
                 let pushed = self.push(&trial.z, voltage, trial.ripple[0], trial.friction + trial.force.torque);
-                last = steep.mul_add(pushed * self.lightness, last);
+                slope = (steep * self.lightness * h).mul_add(pushed, slope);
             }
-            let slope = last.mul_add(h, -rate);
             add(&mut trial.z, &step.table_end[1], slope);
-            // What a cubic misses, what bends of the curve and of the table do.
-            let shape = (slope - 2.0 * value).abs() * (1.0 / 60.0);
+            // What a cubic misses (a 720th of the fourth derivative; the third shows, and the fourth is taken to be no larger), and what
+            // bends of the curve and corners do.
+            let shape = (slope - 2.0 * value).abs() * (1.0 / 120.0);
             let bend = self.forces.sharpest * (moved * moved);
-            let corner = if trial.force.slope == state.force.slope { 0.0 } else { slope.abs() * (1.0 / 12.0) };
-            step.table[0][TABLE] * (shape + bend + corner)
+            step.table[0][TABLE] * (shape + bend + 0.5 * corner)
         };
         let miss = missed * self.per_tolerance;
         trial.miss = if miss > trial.miss { miss } else { trial.miss };
@@ -470,7 +483,7 @@ fn crossing(ends: [f64; 2], change: [f64; 2]) -> f64 {
     let cube = first + last - 2.0 * (to - from);
     let (mut low, mut high) = (0.0, 1.0);
     let mut x = from / (from - to);
-    for _ in 0..5 {
+    for _ in 0..3 {
         let value = from + x * (first + x * (square + x * cube));
         let slope = first + x * (2.0 * square + x * (3.0 * cube));
         if value > 0.0 { low = x } else { high = x }
