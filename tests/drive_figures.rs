@@ -414,7 +414,7 @@ fn refuses_what_no_drive_has() {
 fn regression_wild_parameters_and_demands_end() {
     // Whatever is allowed comes to an end, and never panics.
     let axes = axis();
-    for seed in 0..60_u64 {
+    for seed in 0..300_u64 {
         let mut random = servosim::optimize::Random::new(seed);
         let mut pick = |low: f64, high: f64| libm::pow(10.0, random.between(low, high));
         let coulomb_nm = pick(-6.0, 0.3);
@@ -442,7 +442,8 @@ fn regression_wild_parameters_and_demands_end() {
         for k in 0..60 {
             let position_mm = if k < 30 { 0.3 * f64::from(k) } else { -1e3 };
             let s = real.step(&Demand { position_mm, ..Demand::default() });
-            assert!(s.actual_mm.is_finite(), "seed {seed}, sample {k}: {effects:?}");
+            // Nor does any drive go faster than its voltage lets it, or further than its screw gives.
+            assert!(s.actual_mm.abs() < 1e3, "seed {seed}, sample {k}: {} mm, {effects:?}", s.actual_mm);
         }
         real.step(&Demand::at_rest(f64::NAN));
         real.step(&Demand::at_rest(f64::INFINITY));

@@ -286,7 +286,8 @@ fn mechanics(
                 damping_nm_s_rad: at.or("damping_nm_s_rad", raw.damping_nm_s_rad.as_ref(), 0.0),
             }),
         };
-        out.friction = at.check(friction, |friction| friction.check(drive));
+        let rubbing_kg_m2 = out.rubbing_kg_m2(&axis.plant, drive);
+        out.friction = at.check(friction, |friction| friction.check(rubbing_kg_m2, drive));
     }
     if let Some(raw) = &raw.backlash {
         let mut at = places(within, raw, problems);

@@ -40,7 +40,7 @@ pub struct LuGre {
     pub curve: Coulomb,
     /// Stiffness of the bristles `σ0` \[N m/rad\], positive: `T_s/σ0` is how far the table gives before it slides.
     pub stiffness_nm_rad: f64,
-    /// Damping of the bristles `σ1` \[N m s/rad\], not negative.
+    /// Damping of the bristles `σ1` \[N m s/rad\], not negative, at most `4 √(σ0 J)` with the inertia `J` that rubs.
     pub damping_nm_s_rad: f64,
 }
 
@@ -129,13 +129,21 @@ impl Friction {
 
     /// Every parameter in its range.
     ///
+    /// - `inertia_kg_m2`: what rubs, at the motor: [`Effects::rubbing_kg_m2`](super::Effects::rubbing_kg_m2)
+    ///
     /// # Errors
     /// Names the first one that is not.
-    pub fn check(&self, drive: &Drive) -> Result<(), ServoError> {
+    pub fn check(&self, inertia_kg_m2: f64, drive: &Drive) -> Result<(), ServoError> {
         self.curve().check(drive)?;
         if let Self::LuGre(lugre) = self {
             positive("stiffness_nm_rad", lugre.stiffness_nm_rad)?;
             not_negative("damping_nm_s_rad", lugre.damping_nm_s_rad)?;
+            // A mass on bristles is damped critically by 2 √(σ0 J).
+            let critical = 2.0 * (lugre.stiffness_nm_rad * inertia_kg_m2).sqrt();
+            if lugre.damping_nm_s_rad > 2.0 * critical {
+                let needed = "at most 4 √(stiffness_nm_rad J), J the inertia that rubs (the table's, of two masses): twice what damps it critically on its bristles";
+                return Err(ServoError { name: "damping_nm_s_rad", value: lugre.damping_nm_s_rad, needed });
+            }
         }
         Ok(())
     }

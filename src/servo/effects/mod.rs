@@ -12,7 +12,7 @@ mod normal;
 mod screw;
 mod table;
 
-use super::{AxisParameters, LoopSettings, Plant, ServoError};
+use super::{AxisParameters, Drive, LoopSettings, Plant, ServoError};
 pub use disturbance::{CuttingForce, Harmonic, TorqueRipple};
 pub use electronics::{CurrentLoop, Dac, Delay, Mismatch};
 pub(in crate::servo) use encoder::Sensor;
@@ -59,14 +59,14 @@ pub struct Effects {
 pub struct Integration {
     /// Steps a control period, at least (events and errors make them shorter).
     pub substeps: u32,
-    /// A step is halved while the friction it foresaw misses by more than what changes the table's speed by this \[mm/s\].
+    /// A step is halved while what it leaves out of friction, ripple and force may change the table's speed by more than this \[mm/s\].
     pub tolerance_mm_s: f64,
 }
 
 impl Default for Integration {
-    /// One step, 1e-4 mm/s: twice as fine moves no position by 1 nm (`tests/drive.rs`).
+    /// One step, 1e-5 mm/s: twice as fine moves no position by 1 nm (`tests/drive.rs`).
     fn default() -> Self {
-        Self { substeps: 1, tolerance_mm_s: 1e-4 }
+        Self { substeps: 1, tolerance_mm_s: 1e-5 }
     }
 }
 
@@ -74,6 +74,12 @@ impl Effects {
     /// The plant as it is.
     pub fn plant(&self, plant: &Plant) -> Plant {
         self.mismatch.map_or(*plant, |mismatch| mismatch.plant(plant))
+    }
+
+    /// Inertia at the motor of what the guideway rubs: the table's, where it is a mass of its own, else the whole \[kg m²\].
+    pub fn rubbing_kg_m2(&self, plant: &Plant, drive: &Drive) -> f64 {
+        let table = self.two_mass.map(|two_mass| two_mass.table_inertia_kg_m2(drive));
+        table.unwrap_or_else(|| self.plant(plant).inertia_kg_m2(drive))
     }
 
     /// Every parameter in its range.
@@ -90,7 +96,7 @@ impl Effects {
         self.dac.iter().try_for_each(Dac::check)?;
         self.current_loop.iter().try_for_each(CurrentLoop::check)?;
         self.two_mass.iter().try_for_each(|two_mass| two_mass.check(&plant, drive, period_s))?;
-        self.friction.iter().try_for_each(|friction| friction.check(drive))?;
+        self.friction.iter().try_for_each(|friction| friction.check(self.rubbing_kg_m2(&axis.plant, drive), drive))?;
         self.backlash.iter().try_for_each(Backlash::check)?;
         self.pitch.iter().try_for_each(PitchError::check)?;
         self.ripple.iter().try_for_each(TorqueRipple::check)?;

@@ -167,38 +167,47 @@ impl Forces {
     ///
     /// The bristle's equation is `z' = a (z_r - z)` with `a = σ0 |ω|/g(ω)` and `z_r = sign(ω) g(ω)/σ0`. Over the step `a` is taken as the mean of
     /// both ends, `a z_r` as a straight line (where the speed changes its sign: `ω` itself), and the exponential as the rational one
-    /// (Padé 1/3, fourth order) that damps any stiffness. The speed at the end is `foreseen_speed` plus `gain` times what the
-    /// friction is more than `foreseen`: solved with it, so that stiff bristles stay stable.
+    /// (Padé 1/3, fourth order) that damps any stiffness. The speed at the end is `free_speed` plus `gain` times the friction: solved
+    /// with it, so that stiff bristles stay stable; `a` and `g` are those at the speed `about`. Gives the speed, too.
     #[inline(always)]
     pub(super) fn bristles(
         &self,
         bristle: &Bristle,
         from: f64,
-        foreseen_speed: f64,
+        about: f64,
+        free_speed: f64,
         gain: f64,
-        foreseen: f64,
         h: f64,
-    ) -> (f64, Bristle) {
-        let [curve, _] = self.curve(foreseen_speed);
-        let end = self.sigma_0 * foreseen_speed.abs() / curve;
+    ) -> (f64, Bristle, f64) {
+        let [curve, _] = self.curve(about);
+        let end = self.sigma_0 * about.abs() / curve;
         let rate = 0.5 * (bristle.rate + end);
         let x = rate * h;
         let inverse = 1.0 / (1.0 + x * (0.75 + x * (0.25 + x * (1.0 / 24.0))));
         let stays = (1.0 - 0.25 * x) * inverse;
         let all = h * (1.0 + x * (0.25 + x * (1.0 / 24.0))) * inverse;
         let late = h * (0.5 + x * (5.0 / 24.0 + x * (1.0 / 24.0))) * inverse;
-        let (mut first, mut last) = (from, foreseen_speed);
-        if from * foreseen_speed > 0.0 {
+        let (mut first, mut last) = (from, about);
+        if from * about > 0.0 {
             let towards = rate.copysign(from) / self.sigma_0;
             (first, last) = (towards * bristle.curve, towards * curve);
         }
         // z1 = old + late ω1, z1' = ω1 - end z1.
-        let old = stays * bristle.z + first * (all - late) + (last - foreseen_speed) * late;
+        let old = stays * bristle.z + first * (all - late) + (last - about) * late;
         let stiff = self.sigma_0 - self.sigma_1 * end;
         let (constant, slope) = (-stiff * old, -(stiff * late + self.sigma_1));
-        let speed = (foreseen_speed + gain * (constant - foreseen)) / (1.0 - gain * slope);
+        let speed = gain.mul_add(constant, free_speed) / (1.0 - gain * slope);
         let z = late.mul_add(speed, old);
-        (slope.mul_add(speed, constant), Bristle { z, rate: end, curve })
+        if z.abs() * self.sigma_0 <= self.static_nm && gain * slope < 0.5 {
+            return (slope.mul_add(speed, constant), Bristle { z, rate: end, curve }, speed);
+        }
+        // The step is far too long for these bristles: bent no further than they hold, they must not put energy in.
+        let limit = self.static_nm / self.sigma_0;
+        let z = z.max(-limit).min(limit);
+        let held = self.sigma_0 * z;
+        let damping = self.sigma_1 * (1.0 - held.copysign(held * speed) / curve).max(0.0);
+        let speed = gain.mul_add(-held, free_speed) / gain.mul_add(damping, 1.0);
+        (-damping.mul_add(speed, held), Bristle { z, rate: end, curve }, speed)
     }
 }
 

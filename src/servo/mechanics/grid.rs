@@ -9,7 +9,7 @@
 use nalgebra::SMatrix;
 
 /// Ticks of the longest step: events are located to one (16 µs of a period of 1 ms), and inside of it by what acts meanwhile.
-pub(super) const TICKS: usize = 64;
+pub(super) const TICKS: usize = 32;
 
 /// Components of the state: motor torque, motor speed, twist, table speed, table position.
 pub(super) const STATES: usize = 5;

@@ -10,6 +10,10 @@ const MOST_ATTEMPTS: u32 = 4000;
 /// What a step over a whole period may miss by, in tolerances: it comes period after period, and is seen to add up (`tests/drive.rs`).
 const MISS_OF_A_PERIOD: f64 = 0.3;
 
+/// Most passes over stiff bristles in one step, and what speed, in tolerances, asks for another one.
+const MOST_PASSES: usize = 6;
+const PASS_AGAIN: f64 = 0.1;
+
 /// A step that was tried.
 #[derive(Clone, Copy)]
 struct Trial {
@@ -34,14 +38,14 @@ impl Trial {
         self.event = true;
         self.when = if when < self.when { when } else { self.when };
     }
+}
 
-    /// How many of the step's ticks end just behind the event.
-    #[inline(always)]
-    #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss)] // few, and a whole number already
-    fn ticks(&self, all: usize) -> usize {
-        let ticks = (self.when * all as f64 + 0.1).ceil() as usize;
-        ticks.clamp(1, all)
-    }
+/// How many ticks end just behind an event.
+#[inline(always)]
+#[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss)] // few, and a whole number already
+fn behind(event_ticks: f64) -> usize {
+    let ticks = (event_ticks + 0.1).ceil() as usize;
+    ticks.clamp(1, TICKS)
 }
 
 /// A period that is taken apart, compiled once for the machine that this runs on.
@@ -49,6 +53,8 @@ struct Apart<'m> {
     machine: &'m mut Machine,
     volts: [f64; 2],
     time_s: f64,
+    /// When in it something seems to happen.
+    event_s: f64,
 }
 
 impl Kernel for Apart<'_> {
@@ -56,11 +62,11 @@ impl Kernel for Apart<'_> {
 
     #[inline(always)]
     fn run(self) {
-        let Self { machine, volts, time_s } = self;
+        let Self { machine, volts, time_s, event_s } = self;
         let mut attempts = 0;
         for (index, voltage) in volts.into_iter().enumerate() {
             if machine.parts[index].ticks > 0 {
-                machine.run(index, voltage, time_s, &mut attempts);
+                machine.run(index, voltage, time_s, event_s, &mut attempts);
             }
         }
     }
@@ -68,8 +74,8 @@ impl Kernel for Apart<'_> {
 
 #[cold]
 #[inline(never)]
-fn take_apart(machine: &mut Machine, volts: [f64; 2], time_s: f64) {
-    vectorized(Apart { machine, volts, time_s });
+fn take_apart(machine: &mut Machine, volts: [f64; 2], time_s: f64, event_s: f64) {
+    vectorized(Apart { machine, volts, time_s, event_s });
 }
 
 impl Machine {
@@ -78,34 +84,38 @@ impl Machine {
     /// - `time_s`: when it begins
     #[inline(always)]
     pub(in crate::servo) fn advance(&mut self, volts: [f64; 2], time_s: f64) {
-        if !self.at_once(volts, time_s) {
-            take_apart(self, volts, time_s);
+        if let Err(event_s) = self.at_once(volts, time_s) {
+            take_apart(self, volts, time_s, event_s);
         }
     }
 
-    /// One period in one step. Leaves everything as it is where that is too rough, or where something happens.
+    /// One period in one step. Leaves everything as it is where that is too rough, or where something happens, and tells when (or
+    /// that it does not know).
     #[inline(always)]
-    fn at_once(&mut self, volts: [f64; 2], time_s: f64) -> bool {
+    fn at_once(&mut self, volts: [f64; 2], time_s: f64) -> Result<(), f64> {
         if !self.whole || self.longest < TICKS {
-            return false;
+            return Err(f64::INFINITY);
         }
         if self.state.stuck {
             // Whether a rigid table breaks away hangs on the voltages themselves.
             let begins = if self.switches && !self.flexible { f64::INFINITY } else { self.hold(volts[1]).abs() };
             if !(begins <= self.forces.static_nm) {
-                return false;
+                return Err(f64::INFINITY);
             }
         }
         let step = &self.wholes[self.mode()];
         let mut near = self.near;
         let trial = self.attempt(step, volts, time_s + self.period_s, TICKS, &mut near);
-        if trial.event || !(trial.miss <= MISS_OF_A_PERIOD) {
-            return false;
+        if trial.event {
+            return Err(trial.when * self.period_s);
+        }
+        if !(trial.miss <= MISS_OF_A_PERIOD) {
+            return Err(f64::INFINITY);
         }
         let h_s = step.h_s;
         self.take(&trial, h_s);
         self.near = near;
-        true
+        Ok(())
     }
 
     #[inline(always)]
@@ -162,14 +172,16 @@ impl Machine {
     }
 
     #[inline(always)]
-    fn run(&mut self, index: usize, voltage: f64, time_s: f64, attempts: &mut u32) {
+    fn run(&mut self, index: usize, voltage: f64, time_s: f64, event_s: f64, attempts: &mut u32) {
         if self.state.stuck && self.hold(voltage).abs() > self.forces.static_nm {
             self.change(voltage, 0.0);
         }
         let (begin_s, tick_s) = (time_s + self.parts[index].begin_s, self.parts[index].tick_s);
+        let event_s = event_s - self.parts[index].begin_s;
+        let mut to_event =
+            if event_s > 0.0 && event_s < TICKS as f64 * tick_s { behind(event_s / tick_s) } else { TICKS };
         let mut near = self.near;
         let mut left = self.parts[index].ticks;
-        let mut to_event = TICKS;
         while left > 0 {
             let ticks = left.min(self.longest).min(to_event);
             let step = &self.parts[index].grids[self.mode()][ticks - 1];
@@ -180,7 +192,7 @@ impl Machine {
                 if trial.miss > 1.0 {
                     self.longest = ticks / 2;
                 }
-                to_event = if trial.event { trial.ticks(ticks) } else { ticks };
+                to_event = if trial.event { behind(trial.when * ticks as f64).min(ticks) } else { ticks };
                 if self.longest.min(to_event) < ticks {
                     continue;
                 }
@@ -213,12 +225,13 @@ impl Machine {
         let pushed = if turning { self.push(&state.z, volts[0], state.ripple[0], start) } else { 0.0 };
         // Over time the force is known; over the place it is foreseen from the speed.
         let mut force = state.force;
-        let rise = if self.forces.by_place() {
-            state.force.slope * state.z[TABLE] * h
-        } else {
+        let mut rise = 0.0;
+        if self.forces.by_place() {
+            rise = state.force.slope * state.z[TABLE] * h;
+        } else if tabled {
             force = self.forces.force(end_s, 0.0, near);
-            force.torque - state.force.torque
-        };
+            rise = force.torque - state.force.torque;
+        }
         let rate = state.steep.mul_add(pushed * self.lightness, state.rub_rate).mul_add(h, rise);
         let mut z = state.z;
         add(&mut z, &step.state[TABLE], state.z[TABLE]);
@@ -261,11 +274,8 @@ impl Machine {
             trial.ripple = self.forces.ripple(angle);
             let last = trial.z[MOTOR] * h;
             let [value, slope, curvature] = [trial.ripple[0], trial.ripple[1] * last, trial.ripple[2] * (last * last)];
-            let ends = [
-                value - (waves[0] + (waves[1] + 0.5 * waves[2])),
-                slope - (waves[1] + waves[2]),
-                curvature - waves[2],
-            ];
+            let ends =
+                [value - (waves[0] + (waves[1] + 0.5 * waves[2])), slope - (waves[1] + waves[2]), curvature - waves[2]];
             // What the quintic misses of a wave, what the acceleration and the foreseen angle do.
             let square = last * last;
             let further = (step.motor_end[0][PLACE] + step.motor_end[0][TWIST]) * ends[0];
@@ -315,8 +325,18 @@ impl Machine {
         let missed = if self.forces.rub == Rub::LuGre {
             // Bristles are stiff: a straight line, solved with the speed.
             let gain = step.table[1][TABLE];
-            (trial.friction, trial.bristle) =
-                self.forces.bristles(&state.bristle, state.z[TABLE], trial.z[TABLE], gain, known, h);
+            let free_speed = gain.mul_add(-known, trial.z[TABLE]);
+            let mut about = trial.z[TABLE];
+            for _ in 0..MOST_PASSES {
+                let (friction, bristle, speed) =
+                    self.forces.bristles(&state.bristle, state.z[TABLE], about, free_speed, gain, h);
+                (trial.friction, trial.bristle) = (friction, bristle);
+                let apart = (speed - about).abs() * self.per_tolerance;
+                about = speed;
+                if !(apart > PASS_AGAIN) {
+                    break;
+                }
+            }
             let value = trial.friction - known;
             add(&mut trial.z, &step.table[1], value);
             (gain * value).abs().max(step.table[0][TABLE] * (0.5 * corner))
@@ -442,8 +462,11 @@ impl Machine {
                 let (speed, further) = if stops { (more, 0.5 * more) } else { (0.5 * more, more / 6.0) };
                 self.set_speed(speed * late_s, further * (late_s * late_s));
             }
-            [self.state.friction, self.state.steep] =
-                if self.state.stuck { [0.0; 2] } else { self.forces.slipping(self.state.direction, self.state.z[TABLE]) };
+            [self.state.friction, self.state.steep] = if self.state.stuck {
+                [0.0; 2]
+            } else {
+                self.forces.slipping(self.state.direction, self.state.z[TABLE])
+            };
         } else if self.turns && self.state.direction * self.state.z[TABLE] < 0.0 {
             // Further than here it has been when it turned.
             let furthest = self.state.z[PLACE] - 0.5 * self.state.z[TABLE] * late_s;
@@ -486,7 +509,11 @@ fn crossing(ends: [f64; 2], change: [f64; 2]) -> f64 {
     for _ in 0..3 {
         let value = from + x * (first + x * (square + x * cube));
         let slope = first + x * (2.0 * square + x * (3.0 * cube));
-        if value > 0.0 { low = x } else { high = x }
+        if value > 0.0 {
+            low = x
+        } else {
+            high = x
+        }
         let newton = x - value / slope;
         x = if newton > low && newton < high { newton } else { 0.5 * (low + high) };
     }
