@@ -98,33 +98,38 @@ impl Linear {
     /// The step of one mode over `h_s`.
     fn over(&self, h_s: f64, free: bool, stuck: bool) -> Joined {
         let (a, b) = self.rates(free, stuck);
-        let mut g = SMatrix::<f64, AUGMENTED, AUGMENTED>::zeros();
-        g.fixed_view_mut::<STATES, STATES>(0, 0).copy_from(&(a * h_s));
-        for (input, column) in [STATES, AT_MOTOR, AT_TABLE].into_iter().enumerate() {
-            g.fixed_view_mut::<STATES, 1>(0, column).copy_from(&(b.column(input) * h_s));
-        }
-        // Chains: the column of a coefficient answers to τⁿ/n!, τ from 0 to 1 over the step.
-        for row in (AT_MOTOR..AT_TABLE - 1).chain(AT_TABLE..AUGMENTED - 1) {
-            g[(row, row + 1)] = 1.0;
+        let mut rates = [[0.0; AUGMENTED]; STATES];
+        let mut norm = 1.0_f64;
+        for (row, rates) in rates.iter_mut().enumerate() {
+            for (column, rate) in rates.iter_mut().enumerate().take(STATES) {
+                *rate = h_s * a[(row, column)];
+            }
+            for (input, column) in [STATES, AT_MOTOR, AT_TABLE].into_iter().enumerate() {
+                rates[column] = h_s * b[(row, input)];
+            }
+            norm = norm.max(rates.iter().map(|x| x.abs()).sum());
         }
         // Fine enough that the series ends after a few terms.
-        let mut halvings = 0;
-        let mut norm = g.abs().row_sum().max();
-        while norm > 0.0625 && halvings < 1000 {
-            norm *= 0.5;
+        let (mut halvings, mut share) = (0, 1.0);
+        while norm * share > 0.0625 && halvings < 1000 {
+            share *= 0.5;
             halvings += 1;
         }
-        let x = g * (0..halvings).fold(1.0, |half, _| 0.5 * half);
-        let mut d = x;
-        let mut term = x;
+        let rates = rates.map(|row| row.map(|x| share * x));
+        let (mut term, mut rows) = (rates, rates);
         for n in 2..=12 {
-            term = term * x / f64::from(n);
-            d += term;
+            for (term, sum) in term.iter_mut().zip(&mut rows) {
+                *term = times(term, &rates, share).map(|x| x / f64::from(n));
+                for (sum, term) in sum.iter_mut().zip(&*term) {
+                    *sum += term;
+                }
+            }
         }
+        let mut joined = Joined { rows, ticks: share };
         for _ in 0..halvings {
-            d = d * 2.0 + d * d;
+            joined = Joined::of(&joined, &joined);
         }
-        Joined { rows: std::array::from_fn(|row| std::array::from_fn(|column| d[(row, column)])), ticks: 1.0 }
+        joined
     }
 
     /// The steps of one mode over 1, 2, … [`TICKS`] ticks.
@@ -143,6 +148,22 @@ impl Linear {
     pub(super) fn step(&self, h_s: f64, free: bool, stuck: bool) -> Step {
         self.over(h_s, free, stuck).step(h_s)
     }
+}
+
+/// A row times the matrix of the augmented rates, of which `rates` are the rows of the state.
+///
+/// The others are chains: the column of a coefficient answers to τⁿ/n!, τ from 0 to 1 over the step, of which this is a share.
+fn times(row: &[f64; AUGMENTED], rates: &[[f64; AUGMENTED]; STATES], share: f64) -> [f64; AUGMENTED] {
+    let mut product = [0.0; AUGMENTED];
+    for (factor, rates) in row.iter().zip(rates) {
+        for (to, rate) in product.iter_mut().zip(rates) {
+            *to += factor * rate;
+        }
+    }
+    for column in (AT_MOTOR + 1..AT_TABLE).chain(AT_TABLE + 1..AUGMENTED) {
+        product[column] += row[column - 1] * share;
+    }
+    product
 }
 
 /// The rows of the state of `D`; time counts in ticks.
