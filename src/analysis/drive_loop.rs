@@ -7,8 +7,8 @@ use super::linear_drive::LinearDrive;
 use super::linearized::Linearized;
 use super::margins::{Margins, margins, stable_between, stable_gain_factors};
 use super::response::{
-    ErrorConstants, Feedforward, StepResponse, UNSTABLE_SAMPLES, bandwidth, error_constants, figures, samples_to_settle,
-    step_response,
+    ErrorConstants, Feedforward, StepResponse, UNSTABLE_SAMPLES, bandwidth, error_constants, figures,
+    samples_to_settle, step_response,
 };
 use super::sampled_loop::SampledLoop;
 use crate::servo::{AxisParameters, LoopSettings, RealDrive, ServoError};
@@ -195,9 +195,7 @@ impl DriveLoop {
     pub fn bandwidth_rad_s(&self, feedforward: Feedforward) -> Option<f64> {
         match &self.kind {
             Kind::Model(_) => bandwidth(&self.axis, &self.settings, feedforward),
-            Kind::Drive(drive) => {
-                drive.is_stable_at(1.0).then(|| OnGrid::new(drive).bandwidth(feedforward)).flatten()
-            }
+            Kind::Drive(drive) => drive.is_stable_at(1.0).then(|| OnGrid::new(drive).bandwidth(feedforward)).flatten(),
         }
     }
 
@@ -284,8 +282,7 @@ mod tests {
             effects.two_mass = Some(TwoMass { table_mass_kg: 80.0, stiffness_n_um, damping_n_s_mm: 10.0 });
         }
         if rng.random_bool(0.3) {
-            let curve =
-                Coulomb { coulomb_nm: 0.1, static_nm: 0.1, stribeck_mm_s: 1.0, viscous_nm_s_rad: 0.01 };
+            let curve = Coulomb { coulomb_nm: 0.1, static_nm: 0.1, stribeck_mm_s: 1.0, viscous_nm_s_rad: 0.01 };
             effects.friction = Some(Friction::Coulomb(curve));
         }
         let velocity = [

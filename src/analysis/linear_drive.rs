@@ -310,8 +310,7 @@ impl LinearDrive {
         );
         let demand = if with {
             let exact = self.derivative == Derivative::Exact && self.prefilter.is_none();
-            let rate =
-                if exact { Complex::new(0.0, omega_rad_s) } else { position * (delta * back) / self.period_s };
+            let rate = if exact { Complex::new(0.0, omega_rad_s) } else { position * (delta * back) / self.period_s };
             let acceleration = ahead * -(omega_rad_s * omega_rad_s);
             lag * position + (forward + self.torque[0]) * rate + acceleration * self.torque[1]
         } else {
@@ -519,7 +518,8 @@ impl LinearDrive {
         };
         let ahead = prefilter.look_ahead() as f64;
         let above = moments(&mut forward.iter().enumerate().map(|(i, f)| (i as f64 - ahead, *f)));
-        let below = moments(&mut [(0.0, 1.0)].into_iter().chain(back.iter().enumerate().map(|(i, b)| (i as f64 + 1.0, *b))));
+        let below =
+            moments(&mut [(0.0, 1.0)].into_iter().chain(back.iter().enumerate().map(|(i, b)| (i as f64 + 1.0, *b))));
         let gain = above[0] / below[0];
         let m1 = (above[1] - gain * below[1]) / below[0];
         let m2 = (above[2] - gain * below[2] - m1 * below[1]) / below[0];

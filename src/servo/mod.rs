@@ -34,9 +34,8 @@ pub mod remedies;
 pub(crate) use axis::coasting_s;
 pub use axis::{AxisLoop, AxisSignals};
 pub use demand::{Axis, Demand};
-pub(crate) use mechanics::LinearMachine;
 pub use lockup::{Lockup, LockupKind, LockupWatch};
+pub(crate) use mechanics::LinearMachine;
 pub use parameters::{AxisParameters, Derivative, Drive, LoopSettings, Pdff, Plant, ServoError};
 pub use real_axis::{DriveSignals, RealAxis};
 pub use real_drive::{ControllerGains, ControllerKind, RealDrive};
-
