@@ -337,7 +337,9 @@ fn step_table(measured: &Steps) -> String {
     table.row("step: rise, 10 to 90 %", &each(&|a| a.step.rise_s.map(|s| 1e3 * s), 4, never), "ms");
     table.row("  overshoot", &each(&|a| Some(a.step.overshoot_percent), 4, never), "%");
     table.row("  settled", &each(&|a| a.step.settling_s.map(|s| 1e3 * s), 4, never), "ms");
-    table.row("  rests off its command by", &each(&|a| Some(a.step.rest_um), 3, never), "µm");
+    // Less than rounding is nothing.
+    let rest = |um: f64| Some(if um.abs() < 1e-9 { 0.0 } else { um });
+    table.row("  rests off its command by", &each(&|a| rest(a.step.rest_um), 3, never), "µm (negative: beyond)");
     let feed = measured.axes.first().map_or(0.0, |axis| axis.ramp.feed_mm_s);
     let label = format!("following error at {} mm/s", short(feed, 5));
     table.row(&label, &each(&|a| Some(a.ramp.following_error_um), 5, never), "µm (negative: ahead)");
@@ -345,6 +347,6 @@ fn step_table(measured: &Steps) -> String {
     table.row("  ripple", &each(&|a| Some(a.ramp.ripple_um), 3, never), "µm");
     table.row("  largest of the whole ramp", &each(&|a| Some(a.ramp.largest_error_um), 5, never), "µm");
     table.row("  settled after its end", &each(&|a| a.ramp.settling_s.map(|s| 1e3 * s), 4, never), "ms");
-    table.row("  rests off its command by", &each(&|a| Some(a.ramp.rest_um), 3, never), "µm");
+    table.row("  rests off its command by", &each(&|a| rest(a.ramp.rest_um), 3, never), "µm (negative: beyond)");
     table.warnings(measured.warnings.iter().cloned())
 }

@@ -396,6 +396,11 @@ const HALF_POWER_DB: f64 = -3.010_299_956_639_812;
 const NEAR: f64 = 1.002;
 const MOST_HALVINGS: usize = 16;
 
+/// Behind the point, for four digits in all.
+fn decimals(value: f64) -> usize {
+    (0..9).find(|&decimals| value * libm::pow(10.0, decimals as f64) >= 1e3).unwrap_or(9)
+}
+
 impl AxisResponse {
     /// Where the magnitude falls below -3 dB: between the points around it more are measured, then interpolated in decibel over the
     /// logarithm of the frequency.
@@ -422,8 +427,11 @@ impl AxisResponse {
         }
         if b.1 <= STILL_DB {
             self.warnings.push(format!(
-                "no bandwidth: the magnitude does not fall through -3 dB, the table stops moving between {:.4} and {:.4} Hz",
-                a.0, b.0
+                "no bandwidth: the magnitude does not fall through -3 dB, the table stops moving between {:.*} and {:.*} Hz",
+                decimals(a.0),
+                a.0,
+                decimals(b.0),
+                b.0
             ));
         } else {
             let share = (a.1 - HALF_POWER_DB) / (a.1 - b.1);

@@ -8,7 +8,7 @@ use super::files::write_sheets;
 use super::panel::{Entry, Heading, Panel, gutter, panel_height, stack, x_axis, y_axis};
 use super::sheet::{CURVE_PX, Colour, DESIRED, INK, MUTED, Pen, RUN_COLOURS, Sheet};
 use super::{Format, ReportError};
-use crate::analysis::{DriveLoop, Feedforward, Linearized, Margins};
+use crate::analysis::{DriveLoop, Feedforward, Margins};
 use crate::limits::AXIS_NAMES;
 
 /// Points of a frequency response.
@@ -16,6 +16,8 @@ const POINTS: u32 = 3000;
 const GAP: f64 = 18.0;
 /// Reference lines: 0 dB, -180°, the unit circle.
 const REFERENCE: Pen = Pen { colour: MUTED, width_px: 1.2, dash: None };
+/// Gain factors that are farther away than this are no margin that anybody needs: their places are marked, and not labelled.
+const LABELLED: f64 = 8.0;
 const THIN: Dash = Dash::new(4.0, 4.0);
 
 /// One axis as it is drawn.
@@ -76,20 +78,22 @@ fn heading(title: &str, what: &str, axes: &[Drawn<'_>]) -> Heading {
     }
 }
 
-/// What is in the loops beyond their models, and what is left out; nothing of models.
+/// What is in the loops beyond their models; nothing of models.
 fn in_the_loop(axes: &[Drawn<'_>]) -> String {
-    let all = |pick: fn(&Linearized) -> &Vec<String>| {
-        let mut all: Vec<&str> = Vec::new();
-        for what in axes.iter().flat_map(|axis| pick(axis.drive.linearized())) {
-            if !all.contains(&what.as_str()) {
-                all.push(what);
-            }
+    let mut taken: Vec<&str> = Vec::new();
+    for what in axes.iter().flat_map(|axis| &axis.drive.linearized().taken_in) {
+        if !taken.contains(&what.as_str()) {
+            taken.push(what);
         }
-        all.join(", ")
-    };
-    let (taken, left) = (all(|linear| &linear.taken_in), all(|linear| &linear.left_out));
-    let parts = [("With ", taken), ("Without ", left)].into_iter().filter(|(_, what)| !what.is_empty());
-    parts.map(|(how, what)| format!("{how}{what}")).collect::<Vec<_>>().join(". ")
+    }
+    let mut parts = Vec::new();
+    if !taken.is_empty() {
+        parts.push(format!("With {}", taken.join(", ")));
+    }
+    if axes.iter().any(|axis| !axis.drive.linearized().left_out.is_empty()) {
+        parts.push("What is not linear is left out".to_owned());
+    }
+    parts.join(". ")
 }
 
 /// From well below the lowest frequency that matters up to `π/Δt` \[rad/s\].
@@ -167,8 +171,10 @@ fn bode(title: &str, axes: &[Drawn<'_>]) -> Sheet {
         for &(omega, factor) in &axis.phase_crossovers {
             let at = magnitude.at(omega, -decibel(factor));
             sheet.ring(at, 4.0, 1.5, axis.colour);
-            let text = format!("{}: × {} ({} dB)", axis.name, figure(factor, 4), figure(decibel(factor), 3));
-            magnitude.point_label(&mut sheet, at, &text, axis.colour);
+            if factor < LABELLED {
+                let text = format!("{}: × {} ({} dB)", axis.name, figure(factor, 4), figure(decibel(factor), 3));
+                magnitude.point_label(&mut sheet, at, &text, axis.colour);
+            }
         }
         if axis.margins.stable && axis.margins.phase_margin_deg.is_finite() {
             let Margins { crossover_rad_s: omega, phase_margin_deg: margin, .. } = axis.margins;
@@ -261,7 +267,10 @@ fn nyquist(title: &str, axes: &[Drawn<'_>]) -> Sheet {
             let at = panel.at(-1.0 / factor, 0.0);
             if panel.holds(at) {
                 sheet.ring(at, 4.0, 1.5, axis.colour);
-                panel.point_label(&mut sheet, at, &format!("{}: −1/{}", axis.name, figure(factor, 4)), axis.colour);
+                if factor < LABELLED {
+                    let text = format!("{}: −1/{}", axis.name, figure(factor, 4));
+                    panel.point_label(&mut sheet, at, &text, axis.colour);
+                }
             }
         }
         if axis.margins.stable && axis.margins.phase_margin_deg.is_finite() {
@@ -295,8 +304,9 @@ fn step(title: &str, axes: &[Drawn<'_>]) -> Sheet {
     let end = longest.fold(10.0 * axes.first().map_or(0.0, |axis| axis.drive.settings().period_s), f64::max);
     let mut head = heading(title, "response to a step of the position command", axes);
     head.subtitle = String::from("Linear: no voltage limit. The shaded band is ±2 %");
-    if axes.iter().any(|axis| !axis.drive.linearized().left_out.is_empty()) {
-        head.subtitle += &format!(". {}", in_the_loop(axes));
+    let more = in_the_loop(axes);
+    if !more.is_empty() {
+        head.subtitle += &format!(". {more}");
     }
     head.legend = vec![
         Entry::line(Pen::solid(INK, CURVE_PX), "feedback alone"),

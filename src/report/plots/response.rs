@@ -28,9 +28,7 @@ pub(in super::super) fn sheet(measured: &Response) -> Sheet {
     let mut hz = Range::of(points().map(|point| point.frequency_hz));
     hz.low *= 0.93;
     hz.high *= 1.07;
-    // A model beside a table that does not move is left to run out of the picture.
-    let last = moving().map(|point| point.frequency_hz).fold(0.0, f64::max);
-    let model = || measured.axes.iter().flat_map(|axis| &axis.model_curve).filter(|point| point[0] <= 1.001 * last);
+    let model = || measured.axes.iter().flat_map(|axis| &axis.model_curve);
     let mut magnitudes = Range::of(moving().map(|point| point.magnitude_db).chain(model().map(|point| point[1])));
     magnitudes.include(0.0);
     magnitudes.include(HALF_POWER_DB);
