@@ -8,7 +8,7 @@ use servosim::scenario::Scenario;
 use servosim::servo::effects::{Backlash, Delay, EncoderPlace, Mismatch, Noise, TwoMass};
 use servosim::servo::remedies::{BacklashCompensation, Filter};
 use servosim::servo::{
-    AxisParameters, ControllerGains, ControllerKind, Derivative, LoopSettings, Pdff, Plant, RealDrive,
+    AxisParameters, ControllerGains, ControllerKind, Derivative, Drive, LoopSettings, Pdff, Plant, RealDrive,
 };
 
 #[track_caller]
@@ -36,7 +36,7 @@ fn random(rng: &mut Xoshiro256PlusPlus) -> (AxisParameters, LoopSettings) {
     };
     let derivative = if rng.random_bool(0.5) { Derivative::Exact } else { Derivative::Backward };
     let settings = LoopSettings { period_s, settling_s: 0.1, derivative, one_sample_delay: rng.random_bool(0.4) };
-    (AxisParameters { plant, drive: Default::default(), pdff }, settings)
+    (AxisParameters { plant, drive: Drive::default(), pdff }, settings)
 }
 
 /// Everything that both tell.

@@ -262,13 +262,13 @@ mod tests {
             velocity_nm_s_rad: pdff.kpv_nm_s_rad,
             integral_1_s: pdff.kiv_1_s,
         };
-        let mut drive = RealDrive::default();
-        drive.controller = match rng.random_range(0..4) {
+        let controller = match rng.random_range(0..4) {
             0 => ControllerGains::Pdff,
             1 => ControllerGains::PPi(loops),
             2 => ControllerGains::like(ControllerKind::Pid, &axis, &settings),
             _ => ControllerGains::Cascade(CascadeGains::with_feedforward(loops, &axis)),
         };
+        let mut drive = RealDrive { controller, ..RealDrive::default() };
         let (effects, remedies) = (&mut drive.effects, &mut drive.remedies);
         effects.mismatch = Some(Mismatch { gain_factor: rng.random_range(0.8..1.2), time_constant_factor: 1.1 });
         if rng.random_bool(0.5) {

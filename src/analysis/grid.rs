@@ -127,12 +127,9 @@ fn frequencies(drive: &LinearDrive) -> Vec<f64> {
             low = low.min(0.01 * size);
         }
     }
-    let steps = (A_DECADE * libm::log10(nyquist / low)).ceil().clamp(1.0, 10_000.0);
-    let mut all: Vec<f64> = (0_u32..)
-        .map(f64::from)
-        .take_while(|step| *step < steps)
-        .map(|step| low * libm::pow(nyquist / low, step / steps))
-        .collect();
+    let steps = whole(A_DECADE * libm::log10(nyquist / low));
+    let share = |step: u32| f64::from(step) / f64::from(steps);
+    let mut all: Vec<f64> = (0..steps).map(|step| low * libm::pow(nyquist / low, share(step))).collect();
     all.extend((1..EVEN).map(|k| nyquist * f64::from(k) / f64::from(EVEN)));
     for [width, omega] in drive.features() {
         // One without damping has a width of rounding.
@@ -144,6 +141,12 @@ fn frequencies(drive: &LinearDrive) -> Vec<f64> {
     all.sort_by(f64::total_cmp);
     all.dedup();
     all
+}
+
+/// At least one step, and not too many.
+#[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss)] // bounded from both sides
+fn whole(steps: f64) -> u32 {
+    steps.ceil().clamp(1.0, 10_000.0) as u32
 }
 
 /// The last place from `low` to `high` where something still holds that holds at `low` and not at `high`, to rounding.

@@ -60,7 +60,9 @@ pub(crate) fn run(args: &AnalyzeArgs) -> Result<Outcome, CliError> {
         AXIS_NAMES.iter().zip(&loops).map(|(name, of)| LoopFigures::of(name, of)).collect();
     if scenario.cross_coupling.is_some() {
         // It ties the axes together: no loop of one axis has it.
-        axes.iter_mut().for_each(|axis| axis.linearized.left_out.push("cross-coupled control".to_owned()));
+        for axis in &mut axes {
+            axis.linearized.left_out.push("cross-coupled control".to_owned());
+        }
     }
     let analysis = Analysis {
         scenario: &scenario.name,

@@ -203,7 +203,9 @@ pub(crate) fn run(args: &MeasureArgs) -> Result<Outcome, CliError> {
                 return Ok(Outcome::Fine);
             }
             if args.common.out.print.has_no_table() {
-                measured.warnings.iter().for_each(|warning| note(warning));
+                for warning in &measured.warnings {
+                    note(warning);
+                }
             }
             Ok(Outcome::Broken)
         }

@@ -303,11 +303,8 @@ fn step(title: &str, axes: &[Drawn<'_>]) -> Sheet {
     });
     let end = longest.fold(10.0 * axes.first().map_or(0.0, |axis| axis.drive.settings().period_s), f64::max);
     let mut head = heading(title, "response to a step of the position command", axes);
-    head.subtitle = String::from("Linear: no voltage limit. The shaded band is ±2 %");
-    let more = in_the_loop(axes);
-    if !more.is_empty() {
-        head.subtitle += &format!(". {more}");
-    }
+    let linear = ["Linear: no voltage limit. The shaded band is ±2 %".to_owned(), in_the_loop(axes)];
+    head.subtitle = linear.into_iter().filter(|part| !part.is_empty()).collect::<Vec<_>>().join(". ");
     head.legend = vec![
         Entry::line(Pen::solid(INK, CURVE_PX), "feedback alone"),
         Entry::line(Pen { dash: Some(THIN), ..Pen::solid(INK, CURVE_PX) }, "with the velocity feedforward"),
