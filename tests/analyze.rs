@@ -162,3 +162,35 @@ fn bad_input_is_told() {
     let left: Vec<_> = fs::read_dir(folder.path("out")).unwrap().map(|e| e.unwrap().file_name()).collect();
     assert_eq!(left, ["alpha-bode.svg"]);
 }
+
+#[test]
+fn a_drive_as_it_is_is_analysed_as_it_is() {
+    let folder = Folder::new();
+    // A sample of delay is a sample of delay, wherever it is said to be.
+    let own = json(&folder, "alpha --set control.delay_samples=1", 3);
+    let drive = json(&folder, "alpha --set axes.x.effects.delay.samples=1 --set axes.y.effects.delay.samples=1", 3);
+    for (own, drive) in own["axes"].as_array().unwrap().iter().zip(drive["axes"].as_array().unwrap()) {
+        let radius = |axis: &Value| axis["pole_radius"].as_f64().unwrap();
+        assert!((radius(own) - radius(drive)).abs() < 1e-9);
+        assert_eq!((&drive["stable"], &drive["delay_samples"]), (&false.into(), &1.0.into()));
+        assert_eq!(own["warnings"], drive["warnings"]);
+    }
+    folder
+        .servosim("analyze alpha-real")
+        .assert()
+        .success()
+        .stdout(contains("X and Y: in the loop: mismatch, delay of 0.3 samples, current loop, two masses\n"))
+        .stdout(contains("X and Y: left out, not linear: counts of the encoder, noise, converter, friction, backlash"));
+    let svg = fs::read_to_string(folder.path("output/alpha-real-bode.svg")).unwrap();
+    assert!(svg.contains("With mismatch, delay of 0.3 samples, current loop, two masses"));
+    // Another controller is another loop.
+    let pid = json(&folder, "alpha --set axes.x.controller.pid={}", 0);
+    let (x, y) = (&pid["axes"][0], &pid["axes"][1]);
+    assert_eq!((&x["controller"], &y["controller"]), (&"pid".into(), &"pdff".into()));
+    assert!((x["peak_sensitivity"].as_f64().unwrap() - 1.5635).abs() > 0.01);
+    // A run tells of it too.
+    folder
+        .servosim("run alpha --plots none --set axes.x.effects.delay.samples=1")
+        .assert()
+        .stderr(contains("note: the loop of axis x is unstable, whatever this run shows"));
+}

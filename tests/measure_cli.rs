@@ -46,7 +46,7 @@ fn the_response_agrees_with_its_model() {
         .servosim("measure response alpha --points 12 --plots png")
         .assert()
         .success()
-        .stdout(contains("bandwidth (-3 dB)").and(contains("largest distance from the model")))
+        .stdout(contains("bandwidth (-3 dB)").and(contains("largest distance from the analysis")))
         .stderr("wrote output/alpha-response.png\n");
     let value = json(&folder, "measure response alpha --points 12 --high-hz 100", 0);
     for axis in value["axes"].as_array().unwrap() {
@@ -66,8 +66,32 @@ fn step_and_ramp_are_told() {
         .stdout(contains("step: rise, 10 to 90 %").and(contains("following error at 100 mm/s")))
         .stderr("wrote output/alpha-steps.svg\n");
     let value = json(&folder, "measure step alpha", 0);
-    assert!(value["warnings"][0].as_str().unwrap().contains("saturates the drive"));
+    assert_eq!((value["warnings"].as_array().unwrap().len(), &value["step_um"]), (0, &2.0.into()));
     assert!(value["axes"][0]["ramp"]["following_error_um"].as_f64().unwrap() < -100.0);
+}
+
+#[test]
+fn a_loop_that_is_unstable_or_locks_up_exits_with_3() {
+    let folder = Folder::new();
+    for set in ["control.delay_samples=1", "axes.y.effects.delay.samples=1"] {
+        folder
+            .servosim(&format!("measure response alpha --points 3 --plots none -q --set {set}"))
+            .assert()
+            .code(3)
+            .stdout("")
+            .stderr(contains("has no frequency response: its loop is unstable"));
+    }
+    folder
+        .servosim("measure step alpha --plots none --set axes.x.effects.delay.samples=3")
+        .assert()
+        .code(3)
+        .stdout(contains("X: the loop is unstable").and(contains("X: the step locks the loop up")));
+    folder
+        .servosim("measure step alpha --plots none -q --set axes.x.effects.delay.samples=3")
+        .assert()
+        .code(3)
+        .stdout("")
+        .stderr(contains("X: the loop is unstable"));
 }
 
 #[test]
@@ -105,6 +129,7 @@ fn bad_input_is_told() {
         ("measure circle alpha --turns 0", "turns = 0 is out of range"),
         ("measure response alpha --high-hz 900", "high_hz = 900 is out of range"),
         ("measure response alpha --points 1", "points = 1 is out of range"),
+        ("measure step alpha --step-um 1 --window-um 1", "smaller than the step of 1 µm"),
         ("measure step alpha --step-um nan", "step_um = NaN is out of range"),
         ("measure step alpha --set axes.x.pdff.kp=1", "kpp"),
         ("learn alpha --gain 2", "from 2 on it would grow"),

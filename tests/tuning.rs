@@ -14,6 +14,7 @@ use predicates::str::{contains, starts_with};
 use servosim::analysis::margins;
 use servosim::optimize::Random;
 use servosim::scenario::{Document, Scenario};
+use servosim::servo::{ControllerGains, ControllerKind};
 use servosim::tuning::{
     Constraint, Constraints, Gain, Method, Objective, Problem, Tuned, Tuning, TuningError, Uncertainty, Variable,
     changes, findings,
@@ -268,6 +269,10 @@ fn problems_that_make_no_sense_are_refused() {
         assert!(refused(all(), Constraints { uncertainty, ..default }, 0.2).contains("the gain"), "{gain}");
     }
     assert!(refused(all(), default, -1.0).contains("weight of the worst plants"));
+    let mut other = scenario("alpha");
+    other.drives[1].controller = ControllerGains::like(ControllerKind::Pid, &other.axes[1], &other.settings);
+    let refused = Problem::new(&other, all(), Objective::MaxContourError, default, 0.0).unwrap_err();
+    assert!(matches!(refused, TuningError::Controller { axis: "y", controller: "pid" }), "{refused}");
     let problem = nominal(&alpha);
     let error = |tuning: Tuning| tuning.run(&problem, &AtomicBool::new(false), &|_| {}).unwrap_err();
     assert!(matches!(error(Tuning { starts: 0, ..Tuning::default() }), TuningError::NoStart));
@@ -365,6 +370,20 @@ fn json_is_exactly_one_object() {
     let keys: Vec<&str> = json["gains"].as_array().unwrap().iter().map(|g| g["key"].as_str().unwrap()).collect();
     assert_eq!(keys, ["axes.x.pdff.kpf", "axes.y.pdff.kpf"]);
     assert_eq!(json["checks"].as_array().unwrap().len(), 3);
+    assert_eq!(json["notes"].as_array().unwrap().len(), 0);
+}
+
+#[test]
+fn a_drive_that_is_more_than_its_model_is_told_of() {
+    let folder = Folder::new();
+    let set = "--set axes.x.effects.delay.samples=0.4 --set axes.x.effects.backlash.gap_um=2";
+    folder
+        .servosim(&format!("tune alpha {QUICK} --gains kpf --plots none {set}"))
+        .assert()
+        .success()
+        .stdout(contains("not seen by the search\n    axis x was tuned on its model alone, without its delay of 0.4 samples, backlash"))
+        .stdout(contains("with the tuned gains the drive as it is has Ms"))
+        .stderr(contains("`servosim compare alpha --gains output/alpha-tuned.toml` judges them on the drives as they are"));
 }
 
 #[test]
@@ -397,6 +416,10 @@ fn bad_input_says_what_is_wrong_and_exits_with_2() {
         ("--objective weighted --voltage-weight inf", "finite"),
         ("--method annealing", "possible values"),
         ("--set axes.x.pdff.kpp=-5", "kpp"),
+        (
+            "--set axes.x.controller.pid={}",
+            "axis x has a pid controller: tuning searches the gains of the PDFF controller",
+        ),
     ] {
         folder
             .servosim(&format!("tune alpha {arguments}"))

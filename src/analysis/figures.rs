@@ -3,9 +3,9 @@
 use nalgebra::Complex;
 use serde::Serialize;
 
-use super::response::{Feedforward, bandwidth, error_constants, step_response};
-use super::sampled_loop::SampledLoop;
-use super::{StepFigures, margins, stable_gain_factors};
+use super::drive_loop::DriveLoop;
+use super::response::Feedforward;
+use super::{Linearized, StepFigures};
 use crate::limits::finite_or_null;
 use crate::servo::{AxisParameters, LoopSettings};
 
@@ -19,6 +19,11 @@ const HIGH_SENSITIVITY: f64 = 2.0;
 pub struct LoopFigures {
     /// Name of the axis.
     pub axis: String,
+    /// Its controller, what else is in the loop, and what of the drive is left out.
+    #[serde(flatten)]
+    pub linearized: Linearized,
+    /// Delay from measuring to the voltage, all together.
+    pub delay_samples: f64,
     /// Whether every closed-loop pole lies inside the unit circle.
     pub stable: bool,
     /// Largest magnitude of a pole.
@@ -113,19 +118,26 @@ impl From<StepFigures> for StepTimes {
 }
 
 impl LoopFigures {
-    /// Everything there is to say about the loop of the axis called `name`.
+    /// Everything there is to say about the loop of the model of the axis called `name`.
     pub fn new(name: &str, axis: &AxisParameters, settings: &LoopSettings) -> Self {
-        let sampled = SampledLoop::new(axis, settings);
-        let m = margins(axis, settings);
-        let errors = error_constants(axis, settings);
-        let step = |feedforward| step_response(axis, settings, feedforward).figures.map(StepTimes::from);
+        Self::of(name, &DriveLoop::model(axis, settings))
+    }
+
+    /// Everything there is to say about the loop of the axis called `name`.
+    pub fn of(name: &str, drive: &DriveLoop) -> Self {
+        let m = drive.margins();
+        let errors = drive.error_constants();
+        let step = |feedforward| drive.step_response(feedforward).figures.map(StepTimes::from);
         let finite = |value: f64| value.is_finite().then_some(value);
-        let factors = stable_gain_factors(&sampled);
-        let mut poles: Vec<Pole> = sampled.poles().into_iter().map(|z| Pole::new(z, settings.period_s)).collect();
+        let factors = drive.stable_gain_factors();
+        let period_s = drive.settings().period_s;
+        let mut poles: Vec<Pole> = drive.poles().into_iter().map(|z| Pole::new(z, period_s)).collect();
         // The slowest first; of a pair the one above the real axis.
         poles.sort_by(|a, b| a.natural_rad_s.total_cmp(&b.natural_rad_s).then(b.im.total_cmp(&a.im)));
         let mut figures = Self {
             axis: name.to_owned(),
+            linearized: drive.linearized().clone(),
+            delay_samples: drive.delay_samples(),
             stable: m.stable,
             pole_radius: m.pole_radius,
             poles,
@@ -138,23 +150,26 @@ impl LoopFigures {
             peak_sensitivity: m.peak_sensitivity,
             peak_sensitivity_at_rad_s: m.peak_sensitivity_at_rad_s,
             modulus_margin: m.modulus_margin(),
-            bandwidth_feedback_rad_s: bandwidth(axis, settings, Feedforward::Without),
-            bandwidth_rad_s: bandwidth(axis, settings, Feedforward::With),
+            bandwidth_feedback_rad_s: drive.bandwidth_rad_s(Feedforward::Without),
+            bandwidth_rad_s: drive.bandwidth_rad_s(Feedforward::With),
             step_feedback: step(Feedforward::Without),
             step: step(Feedforward::With),
             tracking_error_um_per_mm_s: errors.map(|e| 1e3 * e.velocity_s),
             tracking_error_um_per_mm_s2: errors.map(|e| 1e3 * e.acceleration_s2),
             warnings: Vec::new(),
         };
-        figures.warnings = figures.tell(axis, settings, &sampled);
+        figures.warnings = figures.tell(drive);
         figures
     }
 
-    fn tell(&self, axis: &AxisParameters, settings: &LoopSettings, sampled: &SampledLoop) -> Vec<String> {
-        let pdff = &axis.pdff;
+    fn tell(&self, drive: &DriveLoop) -> Vec<String> {
+        let (axis, settings, pdff) = (drive.axis(), drive.settings(), &drive.axis().pdff);
+        let own = self.linearized.controller == "pdff";
         let mut out = Vec::new();
-        if !sampled.holds_position() {
-            let why = if pdff.kpv_nm_s_rad == 0.0 {
+        if !drive.holds_position() {
+            let why = if !own {
+                "a gain of its controller is 0"
+            } else if pdff.kpv_nm_s_rad == 0.0 {
                 "kpv is 0"
             } else if pdff.kpp_rad_s_mm == 0.0 {
                 "kpp is 0"
@@ -171,10 +186,16 @@ impl LoopFigures {
                 (low, None) => format!("above {low:.4}"),
             };
             let factors = self.stable_gain_factors.iter().map(ends).collect::<Vec<_>>().join(" or ");
+            // What the whole loop gain is called, and what is in the way beside it.
+            let (gain, others) = match self.linearized.controller {
+                "pdff" => ("kpv", "kpp or kiv"),
+                "pid" => ("all three gains of the PID", "integral_v_mm_s"),
+                _ => ("velocity_nm_s_rad", "position_rad_s_mm or integral_1_s"),
+            };
             out.push(if factors.is_empty() {
-                "unstable, and no loop gain would change that: lower kpp or kiv".to_owned()
+                format!("unstable, and no loop gain would change that: lower {others}")
             } else {
-                format!("unstable; kpv times a factor {factors} would make it stable")
+                format!("unstable; {gain} times a factor {factors} would make it stable")
             });
             return out;
         }
@@ -192,9 +213,9 @@ impl LoopFigures {
                 self.peak_sensitivity, self.peak_sensitivity_at_rad_s
             ));
         }
-        if !settings.one_sample_delay {
+        if self.linearized.taken_in.is_empty() && own && !settings.one_sample_delay {
             let delayed = LoopSettings { one_sample_delay: true, ..*settings };
-            if !sampled_is_stable(axis, &delayed) {
+            if !DriveLoop::model(axis, &delayed).is_stable() {
                 out.push(
                     "with one sample of delay (control.delay_samples = 1), as most drives have, it would be unstable"
                         .to_owned(),
@@ -202,7 +223,7 @@ impl LoopFigures {
             }
         }
         let full = 1.0 / axis.drive.transmission_mm_rad;
-        if pdff.kpf_rad_mm > full * (1.0 + 1e-9) {
+        if own && pdff.kpf_rad_mm > full * (1.0 + 1e-9) {
             out.push(format!(
                 "kpf = {} is more than full feedforward (1/r_g = {full:.4} rad/mm): at speed the axis runs ahead of its command",
                 pdff.kpf_rad_mm
@@ -210,8 +231,4 @@ impl LoopFigures {
         }
         out
     }
-}
-
-fn sampled_is_stable(axis: &AxisParameters, settings: &LoopSettings) -> bool {
-    SampledLoop::new(axis, settings).is_stable_at(1.0)
 }

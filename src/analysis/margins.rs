@@ -39,6 +39,46 @@ impl Margins {
         1.0 / self.peak_sensitivity
     }
 
+    /// Those of an unstable loop.
+    pub(super) fn unstable(pole_radius: f64, crossover_rad_s: f64) -> Self {
+        Self {
+            stable: false,
+            pole_radius,
+            gain_down: 1.0,
+            gain_up: 1.0,
+            phase_margin_deg: 0.0,
+            crossover_rad_s,
+            delay_margin_s: 0.0,
+            peak_sensitivity: f64::INFINITY,
+            peak_sensitivity_at_rad_s: 0.0,
+        }
+    }
+
+    /// Phase and delay margin of a stable loop from its crossovers, frequency and `L`; the gain may be anything yet.
+    pub(super) fn at(crossovers: impl Iterator<Item = (f64, Complex<f64>)>, pole_radius: f64) -> Self {
+        let (mut phase, mut crossover_rad_s, mut delay_margin_s) = (f64::INFINITY, 0.0, f64::INFINITY);
+        for (omega, l) in crossovers {
+            // The angle from -1 to L, counterclockwise: what a lag may still take away.
+            let lead = libm::atan2(-l.im, -l.re);
+            let lag = if lead > 0.0 { lead } else { lead + std::f64::consts::TAU };
+            delay_margin_s = delay_margin_s.min(lag / omega);
+            if lead.abs() < phase {
+                (phase, crossover_rad_s) = (lead.abs(), omega);
+            }
+        }
+        Self {
+            stable: true,
+            pole_radius,
+            gain_down: 0.0,
+            gain_up: f64::INFINITY,
+            phase_margin_deg: phase.to_degrees(),
+            crossover_rad_s,
+            delay_margin_s,
+            peak_sensitivity: 1.0,
+            peak_sensitivity_at_rad_s: 0.0,
+        }
+    }
+
     /// Whether too little gain destabilises the loop (saturation is too little gain).
     pub fn is_conditionally_stable(&self) -> bool {
         self.stable && self.gain_down > 0.0
@@ -64,45 +104,20 @@ pub fn margins(axis: &AxisParameters, settings: &LoopSettings) -> Margins {
     let highest = crossovers.as_slice().last().map_or(0.0, |x| circle.omega(*x));
     let pole_radius = sampled.pole_radius();
     if !sampled.is_stable_at(1.0) {
-        return Margins {
-            stable: false,
-            pole_radius,
-            gain_down: 1.0,
-            gain_up: 1.0,
-            phase_margin_deg: 0.0,
-            crossover_rad_s: highest,
-            delay_margin_s: 0.0,
-            peak_sensitivity: f64::INFINITY,
-            peak_sensitivity_at_rad_s: 0.0,
-        };
+        return Margins::unstable(pole_radius, highest);
     }
     let (mut gain_down, mut gain_up) = (0.0_f64, f64::INFINITY);
     circle.critical_factors(|_, factor| {
         if factor < 1.0 { gain_down = gain_down.max(factor) } else { gain_up = gain_up.min(factor) }
     });
-    let (mut phase, mut crossover, mut delay_margin_s) = (f64::INFINITY, 0.0, f64::INFINITY);
-    for &x in crossovers.as_slice() {
-        let omega = circle.omega(x);
-        // The angle from -1 to L, counterclockwise: what a lag may still take away.
-        let l = -circle.transfer(x);
-        let lead = libm::atan2(l.im, l.re);
-        let lag = if lead > 0.0 { lead } else { lead + std::f64::consts::TAU };
-        delay_margin_s = delay_margin_s.min(lag / omega);
-        if lead.abs() < phase {
-            (phase, crossover) = (lead.abs(), omega);
-        }
-    }
-    let peak = circle.peak_sensitivity();
+    let loops = crossovers.as_slice().iter().map(|&x| (circle.omega(x), circle.transfer(x)));
+    let PeakSensitivity { peak, at_rad_s } = circle.peak_sensitivity();
     Margins {
-        stable: true,
-        pole_radius,
         gain_down,
         gain_up,
-        phase_margin_deg: phase.to_degrees(),
-        crossover_rad_s: crossover,
-        delay_margin_s,
-        peak_sensitivity: peak.peak,
-        peak_sensitivity_at_rad_s: peak.at_rad_s,
+        peak_sensitivity: peak,
+        peak_sensitivity_at_rad_s: at_rad_s,
+        ..Margins::at(loops, pole_radius)
     }
 }
 
@@ -132,8 +147,15 @@ impl SampledLoop {
 /// Every interval of factors on the loop gain for which the loop is stable, rising; empty when no factor will do. Tells what
 /// becomes of an unstable loop with less or more gain.
 pub fn stable_gain_factors(sampled: &SampledLoop) -> Vec<(f64, f64)> {
-    let mut ends = vec![0.0];
-    Circle::new(sampled).critical_factors(|_, factor| ends.push(factor));
+    let mut critical = Vec::new();
+    Circle::new(sampled).critical_factors(|_, factor| critical.push(factor));
+    stable_between(critical, |factor| sampled.is_stable_at(factor))
+}
+
+/// The intervals between critical factors in which a loop is stable.
+pub(super) fn stable_between(critical: Vec<f64>, stable_at: impl Fn(f64) -> bool) -> Vec<(f64, f64)> {
+    let mut ends = critical;
+    ends.push(0.0);
     ends.sort_by(f64::total_cmp);
     ends.push(f64::INFINITY);
     let mut intervals: Vec<(f64, f64)> = Vec::new();
@@ -145,7 +167,7 @@ pub fn stable_gain_factors(sampled: &SampledLoop) -> Vec<(f64, f64)> {
             (true, false) => 2.0 * low,
             (false, false) => 1.0,
         };
-        if low < high && sampled.is_stable_at(inside) {
+        if low < high && stable_at(inside) {
             intervals.push((low, high));
         }
     }

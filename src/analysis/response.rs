@@ -85,7 +85,7 @@ const SETTLED: f64 = 0.02;
 const MOST_SAMPLES: usize = 2_000_000;
 
 /// Samples of an unstable step response: enough to see it grow.
-const UNSTABLE_SAMPLES: usize = 200;
+pub(super) const UNSTABLE_SAMPLES: usize = 200;
 
 /// The step response, run through the very [`AxisLoop`] with a voltage limit that is never reached. The step comes with
 /// sample 0; with [`Feedforward::With`] and [`Derivative::Backward`] the feedforward sees its difference there, a pulse
@@ -108,12 +108,12 @@ pub fn step_response(axis: &AxisParameters, settings: &LoopSettings, feedforward
 
 /// Until the slowest pole has fallen to a ten-thousandth.
 #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss)] // bounded from both sides
-fn samples_to_settle(pole_radius: f64) -> usize {
+pub(super) fn samples_to_settle(pole_radius: f64) -> usize {
     let samples = libm::log(1e-4) / libm::log(pole_radius.clamp(1e-3, 1.0));
     if samples.is_finite() { samples.clamp(20.0, MOST_SAMPLES as f64) as usize } else { MOST_SAMPLES }
 }
 
-fn figures(actual: &[f64], period_s: f64) -> Option<StepFigures> {
+pub(super) fn figures(actual: &[f64], period_s: f64) -> Option<StepFigures> {
     // Where the line between samples k - 1 and k is at `level`.
     let time = |k: usize, level: f64| {
         let (before, after) = (actual[k - 1], actual[k]);

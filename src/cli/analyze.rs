@@ -4,7 +4,7 @@ use std::fmt::Write as _;
 
 use clap::Args;
 use serde::Serialize;
-use servosim::analysis::{LoopFigures, Pole};
+use servosim::analysis::{DriveLoop, Linearized, LoopFigures, Pole};
 use servosim::limits::AXIS_NAMES;
 use servosim::report;
 use servosim::scenario::{Document, Scenario};
@@ -19,9 +19,12 @@ use super::{CliError, Outcome, plot};
 Examples:
   servosim analyze alpha.toml
   servosim analyze alpha.toml --set axes.x.pdff.kpv=2 --set control.delay_samples=1
+  servosim analyze alpha --set axes.x.effects.delay.samples=0.5
   servosim analyze heart --format json --plots none
 
-The loops are linear: no saturation. SCENARIO is looked for as `servosim run` does.
+The loops are linear: no saturation. Of a drive as it is, delay, current loop, two masses, viscous friction, mismatch, velocity
+estimate, encoder place, filters, feedforward and the controller are in the loop; friction, backlash, counts, converter, noise, pitch,
+ripple and force are not, and the table says so. SCENARIO is looked for as `servosim run` does.
 Exits with 3 if a loop is unstable.")]
 pub(crate) struct AnalyzeArgs {
     /// Scenario file, or name of a built-in scenario
@@ -38,6 +41,7 @@ pub(crate) struct AnalyzeArgs {
 struct Analysis<'a> {
     scenario: &'a str,
     period_s: f64,
+    /// Of the control; what its drive adds is in each axis'.
     delay_samples: u8,
     derivative: &'static str,
     axes: Vec<LoopFigures>,
@@ -51,7 +55,15 @@ pub(crate) fn run(args: &AnalyzeArgs) -> Result<Outcome, CliError> {
     }
     let scenario = document.scenario()?;
     let settings = &scenario.settings;
-    let axes = AXIS_NAMES.iter().zip(&scenario.axes).map(|(name, axis)| LoopFigures::new(name, axis, settings));
+    let loops = loops(&scenario)?;
+    let mut axes: Vec<LoopFigures> =
+        AXIS_NAMES.iter().zip(&loops).map(|(name, of)| LoopFigures::of(name, of)).collect();
+    if scenario.cross_coupling.is_some() {
+        // It ties the axes together: no loop of one axis has it.
+        for axis in &mut axes {
+            axis.linearized.left_out.push("cross-coupled control".to_owned());
+        }
+    }
     let analysis = Analysis {
         scenario: &scenario.name,
         period_s: settings.period_s,
@@ -60,14 +72,14 @@ pub(crate) fn run(args: &AnalyzeArgs) -> Result<Outcome, CliError> {
             Derivative::Backward => "backward",
             Derivative::Exact => "exact",
         },
-        axes: axes.collect(),
+        axes,
     };
     args.out.print.show(&analysis, || table(&analysis, &scenario))?;
     // The figures are there whatever becomes of the plots.
     if let Some(format) = args.out.plots.format() {
         make_folder(&args.out.folder)?;
         let name = &scenario.name;
-        let written = report::write_loops(name, &scenario.axes, settings, &args.out.folder, name, format)?;
+        let written = report::write_loops(name, &loops, &args.out.folder, name, format)?;
         args.out.print.note(&plot::wrote(&written));
     }
     if analysis.axes.iter().all(|axis| axis.stable) {
@@ -81,17 +93,68 @@ pub(crate) fn run(args: &AnalyzeArgs) -> Result<Outcome, CliError> {
     Ok(Outcome::Broken)
 }
 
+/// The loops of the scenario's axes.
+pub(super) fn loops(scenario: &Scenario) -> Result<Vec<DriveLoop>, CliError> {
+    let axes = scenario.axes.iter().zip(&scenario.drives);
+    let loops = axes.map(|(axis, drive)| DriveLoop::new(axis, drive, &scenario.settings));
+    loops.collect::<Result<_, _>>().map_err(|error| CliError::Simulation(error.into()))
+}
+
+/// What is in linear loops beyond their models, and what is left out, axis by axis; empty for models.
+pub(super) fn linearized<'a>(axes: impl Iterator<Item = (&'a str, &'a Linearized)> + Clone) -> Vec<String> {
+    let mut lines: Vec<(Vec<String>, String)> = Vec::new();
+    let mut add = |name: &str, text: String| {
+        let name = name.to_uppercase();
+        match lines.iter_mut().find(|(_, known)| *known == text) {
+            Some((names, _)) => names.push(name),
+            None => lines.push((vec![name], text)),
+        }
+    };
+    for (name, linear) in axes.clone() {
+        let mut parts = linear.taken_in.clone();
+        if linear.controller != "pdff" {
+            parts.insert(0, format!("{} controller", linear.controller));
+        }
+        if !parts.is_empty() {
+            add(name, format!("in the loop: {}", parts.join(", ")));
+        }
+    }
+    for (name, linear) in axes.filter(|(_, linear)| !linear.left_out.is_empty()) {
+        add(name, format!("left out, not linear: {}", linear.left_out.join(", ")));
+    }
+    lines.into_iter().map(|(names, text)| format!("{}: {text}", names.join(" and "))).collect()
+}
+
+/// How late the voltage is.
+fn told_delay(axes: &[LoopFigures]) -> String {
+    let one = |samples: f64| match samples {
+        0.0 => "no delay".to_owned(),
+        1.0 => "one sample of delay".to_owned(),
+        _ => format!("{} samples of delay", short(samples, 5)),
+    };
+    let first = axes.first().map_or(0.0, |axis| axis.delay_samples);
+    if axes.iter().all(|axis| axis.delay_samples == first) {
+        return one(first);
+    }
+    let each = axes.iter().map(|axis| format!("{}: {}", axis.axis.to_uppercase(), one(axis.delay_samples)));
+    each.collect::<Vec<_>>().join(", ")
+}
+
 /// A figure of an axis, as it is shown; an unstable loop has none of some.
 type Cell<'a> = &'a dyn Fn(&LoopFigures) -> Option<String>;
 
 fn table(analysis: &Analysis<'_>, scenario: &Scenario) -> String {
     let axes = &analysis.axes;
-    let delay = if analysis.delay_samples == 0 { "no delay" } else { "one sample of delay" };
     let mut out = format!(
-        "{}: servo loops, sampled every {} ms, {delay}\n\n",
+        "{}: servo loops, sampled every {} ms, {}\n",
         printable(analysis.scenario),
-        short(1e3 * analysis.period_s, 6)
+        short(1e3 * analysis.period_s, 6),
+        told_delay(axes)
     );
+    for line in linearized(axes.iter().map(|axis| (axis.axis.as_str(), &axis.linearized))) {
+        let _ = writeln!(out, "  {line}");
+    }
+    out.push('\n');
     let mut row = |label: &str, unit: &str, cell: Cell<'_>| {
         let cells: Vec<Option<String>> = axes.iter().map(cell).collect();
         if cells.iter().all(Option::is_none) {

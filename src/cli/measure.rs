@@ -10,8 +10,8 @@ use servosim::measure::{
 use servosim::report;
 use servosim::scenario::{Document, Scenario};
 
-use super::output::{OutputArgs, figure, make_folder, printable, short};
-use super::{CliError, Outcome, plot};
+use super::output::{OutputArgs, figure, make_folder, note, printable, short};
+use super::{CliError, Outcome, analyze, plot};
 
 /// Arguments of `servosim measure`.
 #[derive(Debug, Args)]
@@ -19,7 +19,7 @@ use super::{CliError, Outcome, plot};
 Examples:
   servosim measure circle alpha-real --radius-mm 50 --feed-mm-s 50   how round a circle becomes
   servosim measure response alpha --points 100                       from command to table, up to half the Nyquist frequency
-  servosim measure step alpha --step-um 2 --window-um 0.1            rise, settling, following error
+  servosim measure step alpha --step-um 1 --window-um 0.1            rise, settling, following error
 
 The drives are those of the scenario, with their effects and remedies; nothing is cut meanwhile. `servosim help measure KIND` tells
 what each takes.")]
@@ -32,7 +32,7 @@ pub(crate) struct MeasureArgs {
 enum Kind {
     /// Circular test after ISO 230-4: circular deviation, hysteresis, reversal spikes, polar plot
     Circle(CircleArgs),
-    /// Frequency response by swept sine, beside that of the linear model: bandwidth, peak, Bode plot
+    /// Frequency response by swept sine, beside the linear analysis: bandwidth, peak, Bode plot
     Response(ResponseArgs),
     /// Step and ramp: rise time, overshoot, settling to a window, following error
     Step(StepArgs),
@@ -96,7 +96,9 @@ Examples:
   servosim measure response alpha
   servosim measure response alpha-real --low-hz 2 --high-hz 200 --points 40 --amplitude-um 20
 
-One sine after the other, each until two blocks of whole periods agree. The amplitude is chosen so that no drive saturates.")]
+One sine after the other, each until two blocks of whole periods agree. The amplitude is chosen so that no drive saturates. The
+bandwidth is measured more finely between the two points around it. The linear analysis is that of `servosim analyze`: of the
+drives as they are, without what is not linear. Exits with 3 if a loop is unstable: it has no response.")]
 struct ResponseArgs {
     #[command(flatten)]
     common: Common,
@@ -118,18 +120,19 @@ struct ResponseArgs {
 #[command(after_help = "\
 Examples:
   servosim measure step alpha
-  servosim measure step alpha-real --step-um 50 --window-um 2 --feed-mm-s 30
+  servosim measure step alpha-real --step-um 1 --window-um 0.2 --feed-mm-s 30
 
-Each axis by itself: a step of its command; then a ramp from rest to the feed and to rest again.")]
+Each axis by itself: a step of its command; then a ramp from rest to the feed and to rest again. Exits with 3 if a loop is unstable
+or locks up.")]
 struct StepArgs {
     #[command(flatten)]
     common: Common,
-    /// Height of the step
-    #[arg(long, value_name = "UM", allow_hyphen_values = true, default_value_t = 10.0)]
-    step_um: f64,
-    /// Settled is what stays this near to its command
-    #[arg(long, value_name = "UM", allow_hyphen_values = true, default_value_t = 1.0)]
-    window_um: f64,
+    /// Height of the step [default: the largest of 10, 5, 2, 1 … that saturates no drive]
+    #[arg(long, value_name = "UM", allow_hyphen_values = true)]
+    step_um: Option<f64>,
+    /// Settled is what stays this near to its command [default: a tenth of the step]
+    #[arg(long, value_name = "UM", allow_hyphen_values = true)]
+    window_um: Option<f64>,
     /// Feed of the ramp [default: that of the scenario]
     #[arg(long, value_name = "MM/S", allow_hyphen_values = true)]
     feed_mm_s: Option<f64>,
@@ -182,9 +185,10 @@ pub(crate) fn run(args: &MeasureArgs) -> Result<Outcome, CliError> {
         Kind::Step(args) => {
             let scenario = args.common.scenario()?;
             let default = StepRequest::of(&scenario);
+            let step_um = args.step_um.unwrap_or(default.step_um);
             let request = StepRequest {
-                step_um: args.step_um,
-                window_um: args.window_um,
+                step_um,
+                window_um: args.window_um.unwrap_or(0.1 * step_um),
                 feed_mm_s: args.feed_mm_s.unwrap_or(default.feed_mm_s),
                 watch_s: args.watch_s,
             };
@@ -194,7 +198,16 @@ pub(crate) fn run(args: &MeasureArgs) -> Result<Outcome, CliError> {
                 &measured,
                 || step_table(&measured),
                 |folder, format| report::write_steps(&measured, folder, &scenario.name, format),
-            )
+            )?;
+            if measured.passed() {
+                return Ok(Outcome::Fine);
+            }
+            if args.common.out.print.has_no_table() {
+                for warning in &measured.warnings {
+                    note(warning);
+                }
+            }
+            Ok(Outcome::Broken)
         }
     }
 }
@@ -293,10 +306,10 @@ fn response_table(measured: &Response) -> String {
         measured.axes.iter().map(|axis| pick(axis).map_or("-".to_owned(), |value| figure(value, digits))).collect()
     };
     table.row("bandwidth (-3 dB)", &each(&|axis| axis.bandwidth_hz, 5), "Hz");
-    table.row("  of the linear model", &each(&|axis| axis.model_bandwidth_hz, 5), "Hz");
+    table.row("  of the linear analysis", &each(&|axis| axis.model_bandwidth_hz, 5), "Hz");
     table.row("peak", &each(&|axis| Some(axis.peak_db), 4), "dB");
     table.row("  at", &each(&|axis| Some(axis.peak_hz), 4), "Hz");
-    table.row("largest distance from the model", &each(&|axis| axis.model_deviation_db, 3), "dB");
+    table.row("largest distance from the analysis", &each(&|axis| axis.model_deviation_db, 3), "dB");
     table.row("", &each(&|axis| axis.model_deviation_deg, 3), "°");
     let count = |axis: &AxisResponse| axis.points.len().to_string();
     table.row("frequencies", &measured.axes.iter().map(count).collect::<Vec<_>>(), "");
@@ -304,7 +317,9 @@ fn response_table(measured: &Response) -> String {
         .axes
         .iter()
         .flat_map(|axis| axis.warnings.iter().map(|w| format!("{}: {w}", axis.axis.to_uppercase())));
-    table.warnings(warnings)
+    let linear = measured.axes.iter().map(|axis| (axis.axis.as_str(), &axis.linearized));
+    let linear = analyze::linearized(linear).into_iter().map(|line| format!("linear analysis of {line}"));
+    table.warnings(linear.chain(warnings))
 }
 
 /// Step and ramp for people.
@@ -324,13 +339,16 @@ fn step_table(measured: &Steps) -> String {
     table.row("step: rise, 10 to 90 %", &each(&|a| a.step.rise_s.map(|s| 1e3 * s), 4, never), "ms");
     table.row("  overshoot", &each(&|a| Some(a.step.overshoot_percent), 4, never), "%");
     table.row("  settled", &each(&|a| a.step.settling_s.map(|s| 1e3 * s), 4, never), "ms");
-    table.row("  rests off its command by", &each(&|a| Some(a.step.rest_um), 3, never), "µm");
+    // Less than rounding is nothing.
+    let rest = |um: f64| Some(if um.abs() < 1e-9 { 0.0 } else { um });
+    table.row("  rests off its command by", &each(&|a| rest(a.step.rest_um), 3, never), "µm (negative: beyond)");
     let feed = measured.axes.first().map_or(0.0, |axis| axis.ramp.feed_mm_s);
     let label = format!("following error at {} mm/s", short(feed, 5));
     table.row(&label, &each(&|a| Some(a.ramp.following_error_um), 5, never), "µm (negative: ahead)");
-    table.row("  of the linear model", &each(&|a| a.ramp.model_following_error_um, 5, "-"), "µm");
+    table.row("  of the linear analysis", &each(&|a| a.ramp.model_following_error_um, 5, "-"), "µm");
     table.row("  ripple", &each(&|a| Some(a.ramp.ripple_um), 3, never), "µm");
     table.row("  largest of the whole ramp", &each(&|a| Some(a.ramp.largest_error_um), 5, never), "µm");
     table.row("  settled after its end", &each(&|a| a.ramp.settling_s.map(|s| 1e3 * s), 4, never), "ms");
+    table.row("  rests off its command by", &each(&|a| rest(a.ramp.rest_um), 3, never), "µm (negative: beyond)");
     table.warnings(measured.warnings.iter().cloned())
 }

@@ -297,7 +297,7 @@ impl CliError {
             | Self::Report(ReportError::Stem { .. })
             | Self::Read(ReadError::Open { .. } | ReadError::Folder { .. })
             | Self::Recording(RecordingError::Occupied { .. } | RecordingError::Folder { .. }) => 2,
-            Self::NothingAllowed(_) => 3,
+            Self::NothingAllowed(_) | Self::Measure(MeasureError::Unstable { .. } | MeasureError::Diverged { .. }) => 3,
             _ => 1,
         }
     }

@@ -5,7 +5,7 @@ use std::io::{self, BufReader};
 use std::path::{Path, PathBuf};
 
 use serde::Serialize;
-use servosim::analysis::margins;
+use servosim::analysis::DriveLoop;
 use servosim::limits::{AXIS_NAMES, LimitCheck};
 use servosim::machining::{
     DeviationMap, Inspection, MachinedPart, PartFigures, ProgramError, ProgramFacts, ProgramRun,
@@ -153,8 +153,8 @@ pub(crate) fn run(args: &RunArgs) -> Result<Outcome, CliError> {
                 "note: no part file beside the program: it ran on the machine of the built-in part `{DEFAULT_PART}`, and no part was looked at; --part FILE names one"
             ));
         }
-        for (axis, parameters) in AXIS_NAMES.iter().zip(&part.machine.axes) {
-            if !margins(parameters, &part.machine.settings).stable {
+        for ((axis, parameters), drive) in AXIS_NAMES.iter().zip(&part.machine.axes).zip(&part.drives) {
+            if DriveLoop::new(parameters, drive, &part.machine.settings).is_ok_and(|of| !of.is_stable()) {
                 note(&format!("note: the loop of axis {axis} is unstable, whatever this run shows"));
             }
         }

@@ -6,7 +6,6 @@ use std::sync::{Arc, OnceLock};
 use std::time::{Duration, Instant};
 
 use clap::Args;
-use servosim::analysis::margins;
 use servosim::comparison::{Column, Comparison};
 use servosim::limits::AXIS_NAMES;
 use servosim::recording::{Facts, Recorder};
@@ -16,7 +15,7 @@ use servosim::simulation::{Ending, Observer};
 
 use super::output::{OutputArgs, make_folder, note, short};
 use super::progress::Progress;
-use super::{CliError, Outcome, compare, plot, program, table};
+use super::{CliError, Outcome, analyze, compare, plot, program, table};
 
 /// Arguments of `servosim run`.
 #[derive(Debug, Args)]
@@ -137,12 +136,11 @@ fn effects(scenario: &Scenario) -> String {
 
 /// A loop that is unstable but has not had the time to show it passes every limit: somebody should hear of it.
 fn warn_of_instability(scenario: &Scenario) {
-    for (name, axis) in AXIS_NAMES.iter().zip(&scenario.axes) {
-        if !margins(axis, &scenario.settings).stable {
-            note(&format!(
-                "note: the loop of axis {name} is unstable, whatever this run shows; `servosim analyze` tells more"
-            ));
-        }
+    let Ok(loops) = analyze::loops(scenario) else { return };
+    for (name, _) in AXIS_NAMES.iter().zip(loops).filter(|(_, axis)| !axis.is_stable()) {
+        note(&format!(
+            "note: the loop of axis {name} is unstable, whatever this run shows; `servosim analyze` tells more"
+        ));
     }
 }
 

@@ -34,6 +34,10 @@ every plant of the uncertainty is stable, and no axis saturates or locks up.
 Bounds are by default a third to three times the scenario's own gain (kpp, kpv, kiv), half to twice
 (kpf, kvf), and for a gain of 0 from 0 to that of a stiff loop.
 
+Tuning runs the models of the axes, K/(1 + τ s) under PDFF control: effects and remedies of the drives
+take no part, and other controllers are refused. `servosim compare FILE --gains output/NAME-tuned.toml`
+judges the tuned gains on the drives as they are.
+
 Writes NAME-tuned.toml, the scenario with its comments and the tuned gains, and NAME-tune.svg.
 
 Exit codes: 0 tuned, 1 interrupted (the best so far is written), 2 wrong usage, 3 no gains keep the
@@ -144,6 +148,15 @@ pub(crate) fn run(args: &TuneArgs) -> Result<Outcome, CliError> {
     let plots = plots.unwrap_or(Ok(Vec::new()));
     let plots = plots.map(|files| written.extend(files));
     args.out.print.note(&plot::wrote(&written));
+    if !findings.notes.is_empty() {
+        // The table tells what the search did not see.
+        let tuned = written.first().map_or(String::new(), |file| file.display().to_string());
+        args.out.print.note(&format!(
+            "note: the gains were tuned on the models of the axes; `servosim compare {} --gains {tuned}` judges them on the drives as \
+             they are",
+            args.scenario
+        ));
+    }
     plots?;
     if tuned.interrupted || stop.load(Ordering::Relaxed) {
         let scenario = written.swap_remove(0);
@@ -237,6 +250,10 @@ impl From<TuningError> for CliError {
                     }
                     TuningError::Bounds { .. } => "\nhelp: write KEY=LOW:HIGH, such as axes.x.pdff.kpp=60:140",
                     TuningError::NoStart => "\nhelp: --starts 1 searches from the scenario's own gains alone",
+                    TuningError::Controller { .. } => {
+                        "\nhelp: take the table of its controller out of the scenario to tune its PDFF gains; `servosim compare FILE \
+                         --controllers pdff,p-pi,pid,cascade` runs them side by side"
+                    }
                     TuningError::Budget { .. } => "\nhelp: raise --budget, or lower --starts",
                     _ => "",
                 };

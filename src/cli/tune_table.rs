@@ -31,6 +31,12 @@ pub(crate) fn tables(findings: &Findings) -> String {
     active(&mut out, findings);
     sensitivities(&mut out, findings);
     checks(&mut out, findings);
+    if !findings.notes.is_empty() {
+        out.push_str("\n  not seen by the search\n");
+        for line in &findings.notes {
+            let _ = writeln!(out, "    {line}");
+        }
+    }
     out
 }
 

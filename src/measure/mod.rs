@@ -7,7 +7,7 @@
 //! | [`step`] | step of the command, and a ramp at feed: rise, overshoot, settling to a window, following error |
 //!
 //! A measurement takes the drives as the scenario has them, with all their effects and remedies, but nothing is cut meanwhile: the cutting
-//! force is left out. [`analysis`](crate::analysis) says what the linear model would give.
+//! force is left out. [`analysis`](crate::analysis) says what the linear loop of the same drives would give.
 //!
 //! ```
 //! use servosim::{measure, scenario::Scenario};
@@ -61,6 +61,14 @@ pub enum MeasureError {
         most: u64,
         /// What to do.
         help: &'static str,
+    },
+    /// The loop is unstable: it swings by itself, and nothing answers its command.
+    #[error(
+        "axis {axis} has no frequency response: its loop is unstable; `servosim analyze` tells what would make it stable"
+    )]
+    Unstable {
+        /// Which axis, in capitals.
+        axis: String,
     },
     /// The loop does not stay where it is put.
     #[error(

@@ -8,10 +8,10 @@ use serde::Serialize;
 
 use super::bench::{Bench, Sample};
 use super::{MeasureError, idle, um, within};
-use crate::analysis::{Feedforward, SampledLoop};
+use crate::analysis::{DriveLoop, Feedforward, Linearized};
 use crate::limits::AXIS_NAMES;
 use crate::scenario::Scenario;
-use crate::servo::{ControllerGains, Demand};
+use crate::servo::Demand;
 
 /// What frequencies are measured.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
@@ -35,7 +35,7 @@ pub struct ResponsePoint {
     pub magnitude_db: f64,
     /// Its phase, continuous over frequency.
     pub phase_deg: f64,
-    /// The same of the linear model, where there is one.
+    /// The same of the linear analysis.
     pub model_db: Option<f64>,
     /// See `model_db`.
     pub model_deg: Option<f64>,
@@ -57,10 +57,14 @@ impl ResponsePoint {
 pub struct AxisResponse {
     /// Name of the axis.
     pub axis: String,
-    /// The lowest frequency from which on the magnitude is below -3 dB (`1/√2`), if it is reached.
+    /// The lowest frequency measured from which on the magnitude is below -3 dB (`1/√2`), if it is reached: measured again and again
+    /// between the two points around it, until they are 0.2 % apart. None where the table does not move on one side of it.
     pub bandwidth_hz: Option<f64>,
-    /// The same of the model, at the frequencies measured.
+    /// The same of the linear analysis, from its formula, whatever was measured.
     pub model_bandwidth_hz: Option<f64>,
+    /// What the linear analysis takes in, and what it leaves out.
+    #[serde(flatten)]
+    pub linearized: Linearized,
     /// Largest magnitude.
     pub peak_db: f64,
     /// Where.
@@ -73,6 +77,9 @@ pub struct AxisResponse {
     pub warnings: Vec<String>,
     /// By rising frequency.
     pub points: Vec<ResponsePoint>,
+    /// The linear analysis between them, to be drawn: frequency, magnitude \[dB\], phase \[deg\].
+    #[serde(skip)]
+    pub model_curve: Vec<[f64; 3]>,
 }
 
 /// The responses of all axes.
@@ -112,13 +119,13 @@ const MOST_BLOCK: f64 = 2e6;
 /// ```
 ///
 /// until two blocks agree to 1e-6, or as the mean of five where noise, counts or friction keep them apart. The feedforward takes part; the
-/// cross-coupling and the cutting force do not. The model is that of [`SampledLoop::command_response`].
+/// cross-coupling and the cutting force do not. Beside it stands the linear analysis of the same drive, [`DriveLoop::command_response`].
 ///
 /// Source: L. Ljung, "System Identification", 2nd edition, section 6.2 (frequency analysis by the correlation method); R. Pintelon,
 /// J. Schoukens, "System Identification: A Frequency Domain Approach", 2nd edition, section 2.2.
 ///
 /// # Errors
-/// A request out of its range, a loop that diverges.
+/// A request out of its range, a loop that is unstable (it swings by itself, whatever its command) or diverges.
 pub fn response(scenario: &Scenario, request: &ResponseRequest) -> Result<Response, MeasureError> {
     let idle = idle(scenario);
     let period_s = scenario.settings.period_s;
@@ -134,15 +141,33 @@ pub fn response(scenario: &Scenario, request: &ResponseRequest) -> Result<Respon
     let last = f64::from(points - 1);
     let tones: Vec<Tone> =
         (0..points).map(|k| Tone::near(low * libm::pow(high / low, f64::from(k) / last), period_s, nyquist)).collect();
-    // One an axis and frequency: on all cores, and the same on any number of them.
     let axes = 0..idle.axes.len();
+    let loops = axes.clone().map(|axis| stable(&idle, axis)).collect::<Result<Vec<_>, _>>()?;
+    // One an axis and frequency: on all cores, and the same on any number of them.
     let jobs: Vec<(usize, Tone)> = axes.clone().flat_map(|axis| tones.iter().map(move |tone| (axis, *tone))).collect();
     let measured: Vec<Measured> = jobs
         .par_iter()
         .map(|&(axis, tone)| measure(&idle, axis, tone, request.amplitude_um))
         .collect::<Result<_, MeasureError>>()?;
-    let axes = axes.zip(measured.chunks(tones.len().max(1))).map(|(axis, found)| figures(&idle, axis, &tones, found));
-    Ok(Response { scenario: scenario.name.clone(), period_s, axes: axes.collect() })
+    let found = loops.iter().zip(measured.chunks(tones.len().max(1))).enumerate();
+    let axes = found.map(|(axis, (model, found))| {
+        let mut figures = figures(&idle, axis, model, &tones, found);
+        figures.find_bandwidth(|hz| {
+            let tone = Tone::near(hz, period_s, nyquist);
+            Ok((tone.hz, decibel(measure(&idle, axis, tone, request.amplitude_um)?.response)))
+        })?;
+        Ok(figures)
+    });
+    Ok(Response { scenario: scenario.name.clone(), period_s, axes: axes.collect::<Result<_, MeasureError>>()? })
+}
+
+/// The linear loop of an axis. Only a stable one has a response.
+fn stable(scenario: &Scenario, axis: usize) -> Result<DriveLoop, MeasureError> {
+    let found = DriveLoop::new(&scenario.axes[axis], &scenario.drives[axis], &scenario.settings)?;
+    if found.is_stable() {
+        return Ok(found);
+    }
+    Err(MeasureError::Unstable { axis: AXIS_NAMES[axis].to_uppercase() })
 }
 
 /// `m` periods in `n` samples.
@@ -286,33 +311,42 @@ fn continued(value: Complex<f64>, before: f64) -> f64 {
     principal + 360.0 * ((before - principal) / 360.0).round()
 }
 
-fn figures(scenario: &Scenario, axis: usize, tones: &[Tone], measured: &[Measured]) -> AxisResponse {
-    let (parameters, drive) = (&scenario.axes[axis], &scenario.drives[axis]);
-    // Of other controllers there is no closed form here.
-    let known = drive.controller == ControllerGains::Pdff && !drive.zero_phase;
-    let model = known.then(|| SampledLoop::new(parameters, &scenario.settings));
+/// Points of the curve of the linear analysis.
+const CURVE_POINTS: u32 = 600;
+
+fn figures(scenario: &Scenario, axis: usize, model: &DriveLoop, tones: &[Tone], measured: &[Measured]) -> AxisResponse {
+    let known = |hz: f64| model.command_response(TAU * hz, Feedforward::With);
     let (mut phase, mut model_phase) = (0.0, 0.0);
     let mut points = Vec::with_capacity(tones.len());
     for (tone, found) in tones.iter().zip(measured) {
         phase = continued(found.response, phase);
-        let known = model.as_ref().map(|model| model.command_response(TAU * tone.hz, Feedforward::With));
-        if let Some(known) = known {
-            model_phase = continued(known, model_phase);
-        }
+        let known = known(tone.hz);
+        model_phase = continued(known, model_phase);
         points.push(ResponsePoint {
             frequency_hz: tone.hz,
             magnitude_db: decibel(found.response),
             phase_deg: phase,
-            model_db: known.map(decibel),
-            model_deg: known.map(|_| model_phase),
+            model_db: Some(decibel(known)),
+            model_deg: Some(model_phase),
             amplitude_um: um(found.amplitude_mm),
             saturated: found.saturated,
         });
     }
-    let peak = points.iter().copied().reduce(|a, b| if b.magnitude_db > a.magnitude_db { b } else { a });
+    let ends = points.first().zip(points.last()).map(|(first, last)| [first.frequency_hz, last.frequency_hz]);
+    let mut curve_phase = points.first().and_then(|point| point.model_deg).unwrap_or(0.0);
+    let model_curve = ends.map_or(Vec::new(), |[low, high]| {
+        let at = |k: u32| low * libm::pow(high / low, f64::from(k) / f64::from(CURVE_POINTS));
+        let mut point = |hz: f64| {
+            let known = known(hz);
+            curve_phase = continued(known, curve_phase);
+            [hz, decibel(known), curve_phase]
+        };
+        (0..=CURVE_POINTS).map(|k| point(at(k))).collect()
+    });
+    let moving = || points.iter().filter(|point| point.moves());
+    let peak = moving().copied().reduce(|a, b| if b.magnitude_db > a.magnitude_db { b } else { a });
     let largest = |distance: &dyn Fn(&ResponsePoint) -> Option<f64>| {
-        let moving = points.iter().filter(|point| point.moves());
-        moving.map(distance).collect::<Option<Vec<f64>>>().map(|d| d.into_iter().fold(0.0, f64::max))
+        moving().map(distance).collect::<Option<Vec<f64>>>().map(|d| d.into_iter().fold(0.0, f64::max))
     };
     let mut warnings = Vec::new();
     let still = points.iter().filter(|point| !point.moves()).count();
@@ -329,10 +363,20 @@ fn figures(scenario: &Scenario, axis: usize, tones: &[Tone], measured: &[Measure
             points.len()
         ));
     }
+    let count_um = scenario.drives[axis].effects.encoder.map_or(0.0, |encoder| encoder.resolution_um);
+    let fine = points.iter().filter(|point| point.amplitude_um < count_um).count();
+    if fine > 0 {
+        warnings.push(format!(
+            "at {fine} of {} frequencies the amplitude of the command is below one count of the encoder ({count_um} µm): what is \
+             measured there is rounding, not the loop",
+            points.len()
+        ));
+    }
     AxisResponse {
         axis: AXIS_NAMES[axis].to_owned(),
-        bandwidth_hz: bandwidth(&points, |point| Some(point.magnitude_db)),
-        model_bandwidth_hz: bandwidth(&points, |point| point.model_db),
+        bandwidth_hz: None,
+        model_bandwidth_hz: model.bandwidth_rad_s(Feedforward::With).map(|omega| omega / TAU),
+        linearized: model.linearized().clone(),
         peak_db: peak.map_or(0.0, |peak| peak.magnitude_db),
         peak_hz: peak.map_or(0.0, |peak| peak.frequency_hz),
         model_deviation_db: largest(&|point| Some((point.magnitude_db - point.model_db?).abs())),
@@ -342,17 +386,59 @@ fn figures(scenario: &Scenario, axis: usize, tones: &[Tone], measured: &[Measure
         }),
         warnings,
         points,
+        model_curve,
     }
 }
 
-/// Where the magnitude falls below -3 dB, interpolated in decibel over the logarithm of the frequency.
-fn bandwidth(points: &[ResponsePoint], decibel: impl Fn(&ResponsePoint) -> Option<f64>) -> Option<f64> {
-    let level = -10.0 * libm::log10(2.0);
-    let below = points.iter().position(|point| decibel(point).is_some_and(|db| db < level))?;
-    let (a, b) = (points.get(below.checked_sub(1)?)?, points.get(below)?);
-    let (high, low) = (decibel(a)?, decibel(b)?);
-    let share = (high - level) / (high - low);
-    Some(a.frequency_hz * libm::pow(b.frequency_hz / a.frequency_hz, share))
+/// -3 dB.
+const HALF_POWER_DB: f64 = -3.010_299_956_639_812;
+/// The two frequencies around the bandwidth are brought this near to each other, and how often that is tried.
+const NEAR: f64 = 1.002;
+const MOST_HALVINGS: usize = 16;
+
+/// Behind the point, for four digits in all.
+fn decimals(value: f64) -> usize {
+    (0..9).find(|&decimals| value * libm::pow(10.0, decimals as f64) >= 1e3).unwrap_or(9)
+}
+
+impl AxisResponse {
+    /// Where the magnitude falls below -3 dB: between the points around it more are measured, then interpolated in decibel over the
+    /// logarithm of the frequency.
+    ///
+    /// - `measure`: the frequency next to one that can be measured, and the magnitude there
+    fn find_bandwidth(
+        &mut self,
+        measure: impl Fn(f64) -> Result<(f64, f64), MeasureError>,
+    ) -> Result<(), MeasureError> {
+        let below = self.points.iter().position(|point| point.magnitude_db < HALF_POWER_DB);
+        let Some((a, b)) = below.and_then(|b| Some((self.points.get(b.checked_sub(1)?)?, self.points.get(b)?))) else {
+            return Ok(());
+        };
+        let (mut a, mut b) = ((a.frequency_hz, a.magnitude_db), (b.frequency_hz, b.magnitude_db));
+        for _ in 0..MOST_HALVINGS {
+            if b.1 <= STILL_DB || b.0 <= NEAR * a.0 {
+                break;
+            }
+            let middle = measure((a.0 * b.0).sqrt())?;
+            if !(middle.0 > a.0 && middle.0 < b.0) {
+                break;
+            }
+            if middle.1 < HALF_POWER_DB { b = middle } else { a = middle }
+        }
+        if b.1 <= STILL_DB {
+            self.warnings.push(format!(
+                "no bandwidth: the magnitude does not fall through -3 dB, the table stops moving between {:.*} and {:.*} Hz",
+                decimals(a.0),
+                a.0,
+                decimals(b.0),
+                b.0
+            ));
+        } else {
+            let share = (a.1 - HALF_POWER_DB) / (a.1 - b.1);
+            self.bandwidth_hz = Some(a.0 * libm::pow(b.0 / a.0, share));
+        }
+        Ok(())
+    }
 }
 
 #[cfg(test)]

@@ -4,18 +4,18 @@ use serde::Serialize;
 
 use super::bench::{Bench, Sample};
 use super::{MeasureError, idle, um, within};
-use crate::analysis::error_constants;
+use crate::analysis::DriveLoop;
 use crate::feedrate::{Motion, Profile};
 use crate::limits::AXIS_NAMES;
 use crate::scenario::Scenario;
-use crate::servo::{ControllerGains, Demand};
+use crate::servo::{Demand, LockupWatch};
 
 /// What is run.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct StepRequest {
     /// Height of the step \[µm\], from 1e-3 to 1e5.
     pub step_um: f64,
-    /// The table has settled when it stays this near to its command \[µm\], from 1e-6 to 1e5.
+    /// The table has settled when it stays this near to its command \[µm\], from 1e-6 and less than the step.
     pub window_um: f64,
     /// Feed of the ramp \[mm/s\], from 1e-3 to 1e5.
     pub feed_mm_s: f64,
@@ -24,9 +24,11 @@ pub struct StepRequest {
 }
 
 impl StepRequest {
-    /// 10 µm into a window of 1 µm, a ramp at the scenario's feed, watched for half a second.
+    /// The largest of 10, 5, 2, 1 … µm that saturates no axis, into a window of a tenth of it; a ramp at the scenario's feed; watched for half
+    /// a second. A step of 10 µm where every one saturates.
     pub fn of(scenario: &Scenario) -> Self {
-        Self { step_um: 10.0, window_um: 1.0, feed_mm_s: scenario.feed_mm_s, watch_s: 0.5 }
+        let step_um = largest_step_um(scenario).unwrap_or(10.0);
+        Self { step_um, window_um: 0.1 * step_um, feed_mm_s: scenario.feed_mm_s, watch_s: 0.5 }
     }
 }
 
@@ -54,6 +56,8 @@ pub struct StepFigures {
     pub rest_um: f64,
     /// Control periods in which the voltage was clamped.
     pub saturated_samples: u64,
+    /// Whether it saturates and does not recover.
+    pub locked_up: bool,
 }
 
 /// The answer to a ramp: from rest to the feed, half a second at it, and to rest again.
@@ -65,7 +69,7 @@ pub struct RampFigures {
     pub length_mm: f64,
     /// Mean of command less actual position over the last half of the cruise (negative: ahead of the command).
     pub following_error_um: f64,
-    /// What the linear model says, where there is one.
+    /// What the linear analysis says.
     pub model_following_error_um: Option<f64>,
     /// Largest distance from that mean in the same time.
     pub ripple_um: f64,
@@ -73,8 +77,12 @@ pub struct RampFigures {
     pub largest_error_um: f64,
     /// From the end of the ramp until it stays in the window; null where it does not while it is watched.
     pub settling_s: Option<f64>,
+    /// Mean distance from the command over the last tenth of the time after its end: how far off it comes to rest.
+    pub rest_um: f64,
     /// Control periods in which the voltage was clamped.
     pub saturated_samples: u64,
+    /// Whether it saturates and does not recover.
+    pub locked_up: bool,
 }
 
 /// Both of one axis.
@@ -82,6 +90,8 @@ pub struct RampFigures {
 pub struct AxisSteps {
     /// Name of the axis.
     pub axis: String,
+    /// Whether its linear loop is stable.
+    pub stable: bool,
     /// The step.
     pub step: StepFigures,
     /// The ramp.
@@ -109,6 +119,35 @@ pub struct Steps {
     pub warnings: Vec<String>,
 }
 
+impl Steps {
+    /// Whether every loop is stable, and none locked up.
+    pub fn passed(&self) -> bool {
+        self.axes.iter().all(|axis| axis.stable && !axis.step.locked_up && !axis.ramp.locked_up)
+    }
+}
+
+/// Steps that are tried, falling \[µm\]; none below two counts of an encoder.
+const STEPS_UM: [f64; 10] = [10.0, 5.0, 2.0, 1.0, 0.5, 0.2, 0.1, 0.05, 0.02, 0.01];
+/// How long they are \[s\], and how many samples at least and at most.
+const TRIED_S: f64 = 0.1;
+const TRIED: [f64; 2] = [50.0, 2000.0];
+
+/// The largest step that saturates no axis.
+fn largest_step_um(scenario: &Scenario) -> Option<f64> {
+    let idle = idle(scenario);
+    let counts = idle.drives.iter().map(|drive| drive.effects.encoder.map_or(0.0, |encoder| encoder.resolution_um));
+    let least_um = 2.0 * counts.fold(0.0, f64::max);
+    let fits = |step_um: f64| {
+        (0..idle.axes.len()).all(|axis| {
+            let Ok(mut bench) = Bench::new(&idle, axis) else { return false };
+            let count = samples((TRIED_S / idle.settings.period_s).clamp(TRIED[0], TRIED[1]), 1.0);
+            let demand = |_| Demand::at_rest(1e-3 * step_um);
+            (0..count).all(|_| bench.step(&demand).is_ok_and(|sample| !sample.saturated))
+        })
+    };
+    STEPS_UM.into_iter().filter(|step_um| *step_um >= least_um).find(|step_um| fits(*step_um))
+}
+
 /// How long the ramp takes to reach its feed \[s\].
 const PHASE_S: f64 = 0.1;
 /// How long it stays there \[s\].
@@ -127,6 +166,11 @@ pub fn step(scenario: &Scenario, request: &StepRequest) -> Result<Steps, Measure
     let StepRequest { step_um, window_um, feed_mm_s, watch_s } = *request;
     within("step_um", step_um, 1e-3, 1e5)?;
     within("window_um", window_um, 1e-6, 1e5)?;
+    if window_um >= step_um {
+        let needed =
+            format!("smaller than the step of {step_um} µm: in a wider one the table has settled before it moves");
+        return Err(MeasureError::Request { name: "window_um", value: window_um, needed });
+    }
     within("feed_mm_s", feed_mm_s, 1e-3, 1e5)?;
     within("watch_s", watch_s, 1e-3, 1e3)?;
     scenario.settings.check()?;
@@ -141,13 +185,26 @@ pub fn step(scenario: &Scenario, request: &StepRequest) -> Result<Steps, Measure
     for axis in 0..idle.axes.len() {
         let found = AxisSteps::measure(&idle, axis, request)?;
         let name = found.axis.to_uppercase();
-        for (what, count) in [("step", found.step.saturated_samples), ("ramp", found.ramp.saturated_samples)] {
-            if count > 0 {
-                let limit = idle.axes[axis].drive.voltage_limit_v;
+        let (step, ramp) = (&found.step, &found.ramp);
+        if !found.stable {
+            warnings.push(format!(
+                "{name}: the loop is unstable, whatever these figures say; `servosim analyze` tells what would make it stable"
+            ));
+        }
+        let limit = idle.axes[axis].drive.voltage_limit_v;
+        for (what, count, locked_up) in
+            [("step", step.saturated_samples, step.locked_up), ("ramp", ramp.saturated_samples, ramp.locked_up)]
+        {
+            let samples = if count == 1 { "sample" } else { "samples" };
+            if locked_up {
                 warnings.push(format!(
-                    "{name}: the {what} saturates the drive (±{limit} V) in {count} sample{}",
-                    if count == 1 { "" } else { "s" }
+                    "{name}: the {what} locks the loop up: it saturates the drive (±{limit} V) in {count} {samples} and does not recover"
                 ));
+            } else if count > 0 {
+                let smaller = if what == "step" && found.stable { largest_step_um(&idle) } else { None };
+                let smaller = smaller.map_or(String::new(), |um| format!("; a step of {um} µm would not"));
+                warnings
+                    .push(format!("{name}: the {what} saturates the drive (±{limit} V) in {count} {samples}{smaller}"));
             }
         }
         axes.push(found);
@@ -160,14 +217,14 @@ impl AxisSteps {
         let period_s = scenario.settings.period_s;
         let step_mm = 1e-3 * request.step_um;
         let count = samples(request.watch_s, period_s);
-        let run = record(scenario, axis, count, &|_| Demand::at_rest(step_mm))?;
-        let step = stepped(&run, request, period_s);
+        let (run, locked_up) = record(scenario, axis, count, &|_| Demand::at_rest(step_mm))?;
+        let step = StepFigures { locked_up, ..stepped(&run, request, period_s) };
         let step_samples = sampled(&run, period_s);
 
         let length_mm = request.feed_mm_s * (PHASE_S + CRUISE_S);
         let motion = Motion::plan(length_mm, request.feed_mm_s, Profile::Quintic { phase_s: PHASE_S })?;
         let count = samples(motion.total_s() + request.watch_s, period_s);
-        let ramp = record(scenario, axis, count, &|k| {
+        let (ramp, locked_up) = record(scenario, axis, count, &|k| {
             let at = motion.at(k as f64 * period_s);
             Demand {
                 position_mm: at.s_mm,
@@ -178,14 +235,13 @@ impl AxisSteps {
                 shift_mm: 0.0,
             }
         })?;
-        let drive = &scenario.drives[axis];
-        let known = drive.controller == ControllerGains::Pdff && !drive.zero_phase;
-        let errors = error_constants(&scenario.axes[axis], &scenario.settings).filter(|_| known);
-        let model = errors.map(|errors| um(errors.velocity_s * request.feed_mm_s));
+        let drive = DriveLoop::new(&scenario.axes[axis], &scenario.drives[axis], &scenario.settings)?;
+        let model = drive.error_constants().map(|errors| um(errors.velocity_s * request.feed_mm_s));
         Ok(Self {
             axis: AXIS_NAMES[axis].to_owned(),
+            stable: drive.is_stable(),
             step,
-            ramp: ramped(&ramp, &motion, request, period_s, model),
+            ramp: RampFigures { locked_up, ..ramped(&ramp, &motion, request, period_s, model) },
             step_samples,
             ramp_samples: sampled(&ramp, period_s),
         })
@@ -203,9 +259,18 @@ fn record(
     axis: usize,
     count: usize,
     demand: &impl Fn(u64) -> Demand,
-) -> Result<Vec<Sample>, MeasureError> {
+) -> Result<(Vec<Sample>, bool), MeasureError> {
     let mut bench = Bench::new(scenario, axis)?;
-    (0..count).map(|_| bench.step(demand)).collect()
+    let mut watch = LockupWatch::new(scenario.settings.period_s);
+    let mut run = Vec::with_capacity(count);
+    let mut locked_up = false;
+    for k in 0..count {
+        let sample = bench.step(demand)?;
+        let error_mm = sample.command_mm - sample.actual_mm;
+        locked_up |= watch.watch(k as u64, sample.voltage_v, sample.saturated, error_mm).is_some();
+        run.push(sample);
+    }
+    Ok((run, locked_up))
 }
 
 fn sampled(run: &[Sample], period_s: f64) -> Vec<Sampled> {
@@ -234,6 +299,12 @@ fn settled(run: &[Sample], window_um: f64) -> Option<f64> {
     Some(outside as f64 + ((before - window_um) / (before - after)).clamp(0.0, 1.0))
 }
 
+/// Mean distance from the command over the last tenth.
+fn rest_um(run: &[Sample]) -> f64 {
+    let rest = run.get(run.len() - run.len() / 10..).unwrap_or(&[]);
+    rest.iter().map(error_um).sum::<f64>() / rest.len().max(1) as f64
+}
+
 fn stepped(run: &[Sample], request: &StepRequest, period_s: f64) -> StepFigures {
     let step_mm = 1e-3 * request.step_um;
     let share = |k: usize| run.get(k).map_or(0.0, |sample| sample.actual_mm / step_mm);
@@ -243,13 +314,13 @@ fn stepped(run: &[Sample], request: &StepRequest, period_s: f64) -> StepFigures 
         Some(before as f64 + (level - share(before)) / (share(k) - share(before)))
     };
     let peak = (0..run.len()).map(share).fold(0.0, f64::max);
-    let rest = run.get(run.len() - run.len() / 10..).unwrap_or(&[]);
     StepFigures {
         rise_s: reach(0.1).zip(reach(0.9)).map(|(from, to)| (to - from) * period_s),
         overshoot_percent: 100.0 * (peak - 1.0).max(0.0),
         settling_s: settled(run, request.window_um).map(|samples| samples * period_s),
-        rest_um: rest.iter().map(error_um).sum::<f64>() / rest.len().max(1) as f64,
+        rest_um: rest_um(run),
         saturated_samples: clamped(run),
+        locked_up: false,
     }
 }
 
@@ -275,6 +346,8 @@ fn ramped(
         ripple_um: cruise.iter().map(|sample| (error_um(sample) - mean).abs()).fold(0.0, f64::max),
         largest_error_um: run.iter().map(|sample| error_um(sample).abs()).fold(0.0, f64::max),
         settling_s: settled(run.get(end..).unwrap_or(&[]), request.window_um).map(|samples| samples * period_s),
+        rest_um: rest_um(run.get(end..).unwrap_or(&[])),
         saturated_samples: clamped(run),
+        locked_up: false,
     }
 }

@@ -8,24 +8,26 @@ use super::files::write_sheets;
 use super::panel::{Entry, Heading, Panel, gutter, panel_height, stack, x_axis, y_axis};
 use super::sheet::{CURVE_PX, Colour, DESIRED, INK, MUTED, Pen, RUN_COLOURS, Sheet};
 use super::{Format, ReportError};
-use crate::analysis::{Feedforward, Margins, SampledLoop, margins, step_response};
+use crate::analysis::{DriveLoop, Feedforward, Margins};
 use crate::limits::AXIS_NAMES;
-use crate::servo::{AxisParameters, LoopSettings};
 
 /// Points of a frequency response.
 const POINTS: u32 = 3000;
 const GAP: f64 = 18.0;
 /// Reference lines: 0 dB, -180°, the unit circle.
 const REFERENCE: Pen = Pen { colour: MUTED, width_px: 1.2, dash: None };
+/// Gain factors that are farther away than this are no margin that anybody needs: their places are marked, and not labelled.
+const LABELLED: f64 = 8.0;
 const THIN: Dash = Dash::new(4.0, 4.0);
 
 /// One axis as it is drawn.
 struct Drawn<'a> {
     name: String,
     colour: Colour,
-    parameters: &'a AxisParameters,
-    sampled: SampledLoop,
+    drive: &'a DriveLoop,
     margins: Margins,
+    crossovers: Vec<f64>,
+    phase_crossovers: Vec<(f64, f64)>,
 }
 
 impl Drawn<'_> {
@@ -37,14 +39,13 @@ impl Drawn<'_> {
 /// Draws the loops of the axes and writes `STEM-bode.svg`, `STEM-nyquist.svg` and `STEM-step.svg` (or `.png`) into `folder`
 /// (made if missing; existing files are replaced). Returns the files in this order.
 ///
-/// - `title`: what the plots are headed with
+/// - `title`: what the plots are headed with; `axes`: their loops, of models or of drives as they are
 ///
 /// # Errors
 /// A stem that is no plain file name, a plot that cannot be drawn, a file or folder that cannot be written.
 pub fn write_loops(
     title: &str,
-    axes: &[AxisParameters],
-    settings: &LoopSettings,
+    axes: &[DriveLoop],
     folder: &Path,
     stem: &str,
     format: Format,
@@ -52,20 +53,17 @@ pub fn write_loops(
     let drawn: Vec<Drawn<'_>> = axes
         .iter()
         .enumerate()
-        .map(|(i, parameters)| Drawn {
+        .map(|(i, drive)| Drawn {
             name: AXIS_NAMES.get(i).copied().unwrap_or("?").to_uppercase(),
             colour: RUN_COLOURS[i % RUN_COLOURS.len()],
-            parameters,
-            sampled: SampledLoop::new(parameters, settings),
-            margins: margins(parameters, settings),
+            drive,
+            margins: drive.margins(),
+            crossovers: drive.crossovers_rad_s(),
+            phase_crossovers: drive.phase_crossovers_rad_s(),
         })
         .collect();
     let title = super::plots::printable(title);
-    let sheets = [
-        ("bode", bode(&title, &drawn)),
-        ("nyquist", nyquist(&title, &drawn)),
-        ("step", step(&title, &drawn, settings)),
-    ];
+    let sheets = [("bode", bode(&title, &drawn)), ("nyquist", nyquist(&title, &drawn)), ("step", step(&title, &drawn))];
     write_sheets(sheets, folder, stem, format)
 }
 
@@ -80,16 +78,34 @@ fn heading(title: &str, what: &str, axes: &[Drawn<'_>]) -> Heading {
     }
 }
 
+/// What is in the loops beyond their models; nothing of models.
+fn in_the_loop(axes: &[Drawn<'_>]) -> String {
+    let mut taken: Vec<&str> = Vec::new();
+    for what in axes.iter().flat_map(|axis| &axis.drive.linearized().taken_in) {
+        if !taken.contains(&what.as_str()) {
+            taken.push(what);
+        }
+    }
+    let mut parts = Vec::new();
+    if !taken.is_empty() {
+        parts.push(format!("With {}", taken.join(", ")));
+    }
+    if axes.iter().any(|axis| !axis.drive.linearized().left_out.is_empty()) {
+        parts.push("What is not linear is left out".to_owned());
+    }
+    parts.join(". ")
+}
+
 /// From well below the lowest frequency that matters up to `π/Δt` \[rad/s\].
 fn frequencies(axes: &[Drawn<'_>]) -> Range {
     let mut range = Range::EMPTY;
     for axis in axes {
-        let nyquist = axis.sampled.nyquist_rad_s();
+        let nyquist = axis.drive.nyquist_rad_s();
         // Room beside the last point.
         range.include(1.08 * nyquist);
         range.include(nyquist / 200.0);
-        let marked = axis.sampled.phase_crossovers_rad_s().into_iter().map(|(omega, _)| omega);
-        for omega in marked.chain(axis.sampled.crossovers_rad_s()) {
+        let marked = axis.phase_crossovers.iter().map(|(omega, _)| *omega);
+        for omega in marked.chain(axis.crossovers.iter().copied()) {
             range.include((omega / 4.0).max(nyquist * 1e-7));
         }
     }
@@ -114,9 +130,9 @@ fn bode(title: &str, axes: &[Drawn<'_>]) -> Sheet {
         .iter()
         .map(|axis| {
             let mut last = -180.0;
-            let response = spaced(Range { high: axis.sampled.nyquist_rad_s(), ..range });
+            let response = spaced(Range { high: axis.drive.nyquist_rad_s(), ..range });
             let response = response.map(|omega| {
-                let l = axis.sampled.transfer(omega);
+                let l = axis.drive.transfer(omega);
                 // The branch nearest to the point before: at low frequencies two integrators, -180°.
                 let principal = libm::atan2(l.im, l.re).to_degrees();
                 last = principal + 360.0 * ((last - principal) / 360.0).round();
@@ -132,6 +148,7 @@ fn bode(title: &str, axes: &[Drawn<'_>]) -> Sheet {
     magnitudes.include(0.0);
 
     let mut head = heading(title, "loop transfer, broken at the plant input", axes);
+    head.subtitle = in_the_loop(axes);
     head.legend =
         axes.iter().map(|axis| Entry::line(axis.pen(), format!("{}: {}", axis.name, told(&axis.margins)))).collect();
     let space = head.draw(&mut sheet);
@@ -151,16 +168,18 @@ fn bode(title: &str, axes: &[Drawn<'_>]) -> Sheet {
         phase.curve(&mut sheet, response.iter().map(|(omega, _, p)| (*omega, *p)), axis.pen());
     }
     for axis in axes {
-        for (omega, factor) in axis.sampled.phase_crossovers_rad_s() {
+        for &(omega, factor) in &axis.phase_crossovers {
             let at = magnitude.at(omega, -decibel(factor));
             sheet.ring(at, 4.0, 1.5, axis.colour);
-            let text = format!("{}: × {} ({} dB)", axis.name, figure(factor, 4), figure(decibel(factor), 3));
-            magnitude.point_label(&mut sheet, at, &text, axis.colour);
+            if factor < LABELLED {
+                let text = format!("{}: × {} ({} dB)", axis.name, figure(factor, 4), figure(decibel(factor), 3));
+                magnitude.point_label(&mut sheet, at, &text, axis.colour);
+            }
         }
         if axis.margins.stable && axis.margins.phase_margin_deg.is_finite() {
             let Margins { crossover_rad_s: omega, phase_margin_deg: margin, .. } = axis.margins;
             sheet.ring(magnitude.at(omega, 0.0), 4.0, 1.5, axis.colour);
-            let l = axis.sampled.transfer(omega);
+            let l = axis.drive.transfer(omega);
             let side = if l.im > 0.0 { -margin } else { margin };
             let at = phase.at(omega, -180.0 + side);
             sheet.line(&[phase.at(omega, -180.0), at], Pen { colour: axis.colour, width_px: 1.2, dash: Some(THIN) });
@@ -207,7 +226,7 @@ fn nyquist(title: &str, axes: &[Drawn<'_>]) -> Sheet {
 
     // As far to the left as the gain may fall, but the surroundings of -1 stay visible.
     let mut x = Range { low: -2.2, high: 1.4 };
-    for (_, factor) in axes.iter().flat_map(|axis| axis.sampled.phase_crossovers_rad_s()) {
+    for (_, factor) in axes.iter().flat_map(|axis| &axis.phase_crossovers) {
         x.low = x.low.min(-1.15 / factor).max(-7.0);
     }
     let room = gutter(&[&y_axis(Range { low: -1.0, high: 1.0 }, space.height(), false)]);
@@ -228,9 +247,9 @@ fn nyquist(title: &str, axes: &[Drawn<'_>]) -> Sheet {
     let range = frequencies(axes);
     for axis in axes {
         // Nyquist curves need their end exactly.
-        let fine = Range { high: axis.sampled.nyquist_rad_s(), ..range };
+        let fine = Range { high: axis.drive.nyquist_rad_s(), ..range };
         let points: Vec<(f64, f64)> = spaced(fine)
-            .map(|omega| axis.sampled.transfer(omega))
+            .map(|omega| axis.drive.transfer(omega))
             .map(|l| (l.re, l.im))
             .filter(|p| p.0.is_finite())
             .collect();
@@ -244,15 +263,18 @@ fn nyquist(title: &str, axes: &[Drawn<'_>]) -> Sheet {
         }
     }
     for axis in axes {
-        for (_, factor) in axis.sampled.phase_crossovers_rad_s() {
+        for &(_, factor) in &axis.phase_crossovers {
             let at = panel.at(-1.0 / factor, 0.0);
             if panel.holds(at) {
                 sheet.ring(at, 4.0, 1.5, axis.colour);
-                panel.point_label(&mut sheet, at, &format!("{}: −1/{}", axis.name, figure(factor, 4)), axis.colour);
+                if factor < LABELLED {
+                    let text = format!("{}: −1/{}", axis.name, figure(factor, 4));
+                    panel.point_label(&mut sheet, at, &text, axis.colour);
+                }
             }
         }
         if axis.margins.stable && axis.margins.phase_margin_deg.is_finite() {
-            let l = axis.sampled.transfer(axis.margins.crossover_rad_s);
+            let l = axis.drive.transfer(axis.margins.crossover_rad_s);
             let at = panel.at(l.re, l.im);
             sheet.ring(at, 4.0, 1.5, axis.colour);
             let text = format!("{}: {}°", axis.name, figure(axis.margins.phase_margin_deg, 4));
@@ -268,20 +290,21 @@ fn nyquist(title: &str, axes: &[Drawn<'_>]) -> Sheet {
     sheet
 }
 
-fn step(title: &str, axes: &[Drawn<'_>], settings: &LoopSettings) -> Sheet {
+fn step(title: &str, axes: &[Drawn<'_>]) -> Sheet {
     let mut sheet = Sheet::default();
     let kinds = [(Feedforward::With, Some(THIN)), (Feedforward::Without, None)];
     let responses: Vec<_> = axes
         .iter()
-        .map(|axis| kinds.map(|(feedforward, dash)| (step_response(axis.parameters, settings, feedforward), dash)))
+        .map(|axis| kinds.map(|(feedforward, dash)| (axis.drive.step_response(feedforward), dash)))
         .collect();
     // Somewhat longer than the slowest one takes; of an unstable one all there is.
     let longest = responses.iter().flatten().map(|(response, _)| {
         response.figures.map_or(response.actual.len() as f64 * response.period_s, |f| 1.4 * f.settling_s)
     });
-    let end = longest.fold(10.0 * settings.period_s, f64::max);
+    let end = longest.fold(10.0 * axes.first().map_or(0.0, |axis| axis.drive.settings().period_s), f64::max);
     let mut head = heading(title, "response to a step of the position command", axes);
-    head.subtitle = String::from("Linear: no voltage limit. The shaded band is ±2 %");
+    let linear = ["Linear: no voltage limit. The shaded band is ±2 %".to_owned(), in_the_loop(axes)];
+    head.subtitle = linear.into_iter().filter(|part| !part.is_empty()).collect::<Vec<_>>().join(". ");
     head.legend = vec![
         Entry::line(Pen::solid(INK, CURVE_PX), "feedback alone"),
         Entry::line(Pen { dash: Some(THIN), ..Pen::solid(INK, CURVE_PX) }, "with the velocity feedforward"),

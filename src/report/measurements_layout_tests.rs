@@ -75,6 +75,8 @@ fn responses(size: f64, count: u32) -> Response {
         model_deviation_deg: Some(1e-4),
         warnings: vec!["saturated".to_owned()],
         points: points.clone(),
+        linearized: crate::analysis::Linearized::default(),
+        model_curve: points.iter().map(|point| [point.frequency_hz, point.magnitude_db, point.phase_deg]).collect(),
     };
     Response { scenario: "alpha".to_owned(), period_s: 1e-3, axes: vec![axis("x"), axis("y")] }
 }
@@ -87,7 +89,15 @@ fn ramps(size: f64, count: u32, settles: bool) -> Steps {
     let settling_s = settles.then_some(0.03);
     let axis = |name: &str| AxisSteps {
         axis: name.to_owned(),
-        step: StepFigures { rise_s: None, overshoot_percent: 10.0, settling_s, rest_um: 0.0, saturated_samples: 1 },
+        stable: true,
+        step: StepFigures {
+            rise_s: None,
+            overshoot_percent: 10.0,
+            settling_s,
+            rest_um: 0.0,
+            saturated_samples: 1,
+            locked_up: false,
+        },
         ramp: RampFigures {
             feed_mm_s: 100.0,
             length_mm: 60.0,
@@ -96,7 +106,9 @@ fn ramps(size: f64, count: u32, settles: bool) -> Steps {
             ripple_um: 0.0,
             largest_error_um: size,
             settling_s,
+            rest_um: 0.0,
             saturated_samples: 0,
+            locked_up: false,
         },
         step_samples: samples.clone(),
         ramp_samples: samples.clone(),

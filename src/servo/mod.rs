@@ -35,6 +35,7 @@ pub(crate) use axis::coasting_s;
 pub use axis::{AxisLoop, AxisSignals};
 pub use demand::{Axis, Demand};
 pub use lockup::{Lockup, LockupKind, LockupWatch};
+pub(crate) use mechanics::LinearMachine;
 pub use parameters::{AxisParameters, Derivative, Drive, LoopSettings, Pdff, Plant, ServoError};
 pub use real_axis::{DriveSignals, RealAxis};
 pub use real_drive::{ControllerGains, ControllerKind, RealDrive};

@@ -7,6 +7,7 @@ use super::problem::{Assessment, Objective, Problem};
 use super::runs::{Figures, Runs, noisy};
 use super::search::{Tuned, Tuning};
 use super::variable::Gain;
+use crate::analysis::{DriveLoop, Linearized};
 use crate::limits::AXIS_NAMES;
 use crate::scenario::Scenario;
 use crate::servo::AxisParameters;
@@ -50,6 +51,8 @@ pub struct Findings {
     pub active: Vec<String>,
     /// Checks that were not part of the objective.
     pub checks: Vec<Check>,
+    /// What the search did not see of the drives, in words; empty where they are what their models say.
+    pub notes: Vec<String>,
 }
 
 /// How it was searched.
@@ -202,7 +205,33 @@ pub fn findings(problem: &Problem<'_>, tuning: &Tuning, tuned: &Tuned) -> Findin
         gains: gains(problem, after),
         active: active(problem, tuned),
         checks: checks(problem.scenario, &before.axes, &after.axes, tuning.seed),
+        notes: notes(problem.scenario, &after.axes),
     }
+}
+
+/// Drives that are more than the models that were searched on.
+fn notes(scenario: &Scenario, after: &[AxisParameters; 2]) -> Vec<String> {
+    let mut notes = Vec::new();
+    for ((axis, drive), name) in after.iter().zip(&scenario.drives).zip(AXIS_NAMES) {
+        if drive.is_model() {
+            continue;
+        }
+        let linear = Linearized::of(drive);
+        let beside = linear.taken_in.iter().chain(&linear.left_out).map(String::as_str).collect::<Vec<_>>().join(", ");
+        let margins = DriveLoop::new(axis, drive, &scenario.settings).map(|of| of.margins());
+        let as_it_is = match margins {
+            Ok(margins) if margins.stable => {
+                format!("; with the tuned gains the drive as it is has Ms {:.3}", margins.peak_sensitivity)
+            }
+            Ok(_) => "; with the tuned gains the drive as it is is UNSTABLE".to_owned(),
+            Err(_) => String::new(),
+        };
+        notes.push(format!("axis {name} was tuned on its model alone, without its {beside}{as_it_is}"));
+    }
+    if scenario.cross_coupling.is_some() {
+        notes.push("the axes were tuned without their cross-coupled control".to_owned());
+    }
+    notes
 }
 
 fn side(problem: &Problem<'_>, assessment: &Assessment, seed: u64, plants: usize) -> Side {

@@ -74,6 +74,16 @@ pub enum TuningError {
         /// What it has to be.
         needed: &'static str,
     },
+    /// An axis has another controller than the one that is tuned.
+    #[error(
+        "axis {axis} has a {controller} controller: tuning searches the gains of the PDFF controller, which that axis does not use"
+    )]
+    Controller {
+        /// Name of the axis.
+        axis: &'static str,
+        /// Its controller.
+        controller: &'static str,
+    },
     /// The scenario cannot be simulated.
     #[error(transparent)]
     Simulation(#[from] SimulationError),

@@ -4,7 +4,7 @@ use crate::analysis::{Margins, margins};
 use crate::limits::AXIS_NAMES;
 use crate::optimize::Value;
 use crate::scenario::Scenario;
-use crate::servo::AxisParameters;
+use crate::servo::{AxisParameters, ControllerKind};
 
 use super::TuningError;
 use super::runs::{Figures, Runs};
@@ -132,6 +132,9 @@ pub struct Assessment {
 
 /// A scenario, what may be changed in it and what is asked of it.
 ///
+/// It is the models of the axes that are run and analysed: what their drives do beside that takes no part, see
+/// [`Findings::notes`](super::Findings::notes).
+///
 /// **Why the worst plants count.** A search that sees the nominal plants alone finds gains for which the errors of the two axes
 /// cancel along this very path: 0.1 µm, and twenty times as much when one plant is a little slower than the scenario says.
 /// The corners of the uncertainty box count with [`Problem::worst_weight`] for that reason. Corners whose plants would need more
@@ -157,7 +160,7 @@ impl<'a> Problem<'a> {
     /// A scenario, what may be changed in it, and what is asked of it.
     ///
     /// # Errors
-    /// No variable, one that is there twice, limits that make no sense, axes that cannot be simulated.
+    /// No variable, one that is there twice, limits that make no sense, another controller than PDFF, axes that cannot be simulated.
     pub fn new(
         scenario: &'a Scenario,
         variables: Vec<Variable>,
@@ -165,6 +168,12 @@ impl<'a> Problem<'a> {
         constraints: Constraints,
         worst_weight: f64,
     ) -> Result<Self, TuningError> {
+        for (drive, axis) in scenario.drives.iter().zip(AXIS_NAMES) {
+            let kind = drive.controller.kind();
+            if kind != ControllerKind::Pdff {
+                return Err(TuningError::Controller { axis, controller: kind.name() });
+            }
+        }
         let runs = Runs::new(scenario)?;
         let mut problem = Self { scenario, variables, objective, constraints, worst_weight, corners: Vec::new(), runs };
         problem.check()?;

@@ -28,10 +28,11 @@ pub(in super::super) fn sheet(measured: &Response) -> Sheet {
     let mut hz = Range::of(points().map(|point| point.frequency_hz));
     hz.low *= 0.93;
     hz.high *= 1.07;
-    let mut magnitudes = Range::of(moving().flat_map(|point| [Some(point.magnitude_db), point.model_db]).flatten());
+    let model = || measured.axes.iter().flat_map(|axis| &axis.model_curve);
+    let mut magnitudes = Range::of(moving().map(|point| point.magnitude_db).chain(model().map(|point| point[1])));
     magnitudes.include(0.0);
     magnitudes.include(HALF_POWER_DB);
-    let mut phases = Range::of(moving().flat_map(|point| [Some(point.phase_deg), point.model_deg]).flatten());
+    let mut phases = Range::of(moving().map(|point| point.phase_deg).chain(model().map(|point| point[2])));
     phases.include(0.0);
     let height = panel_height(&space, 2, GAP);
     let y = [
@@ -49,8 +50,8 @@ pub(in super::super) fn sheet(measured: &Response) -> Sheet {
     magnitude.level(&mut sheet, HALF_POWER_DB, HALF_POWER);
     // Axes that are alike lie on each other: one inside the other.
     for ((axis, colour), radius_px) in axes.iter().zip([4.4, 2.8]) {
-        draw(&mut sheet, magnitude, axis, *colour, radius_px, |point| (Some(point.magnitude_db), point.model_db));
-        draw(&mut sheet, phase, axis, *colour, radius_px, |point| (Some(point.phase_deg), point.model_deg));
+        draw(&mut sheet, magnitude, axis, *colour, radius_px, 1, |point| point.magnitude_db);
+        draw(&mut sheet, phase, axis, *colour, radius_px, 2, |point| point.phase_deg);
     }
     for (axis, colour) in &axes {
         let name = axis.axis.to_uppercase();
@@ -76,21 +77,23 @@ pub(in super::super) fn sheet(measured: &Response) -> Sheet {
     sheet
 }
 
-/// The model as a line, measured points as rings; filled where the voltage was clamped.
+/// The linear analysis as a line, measured points as rings; filled where the voltage was clamped.
+///
+/// - `model`: which number of the analysis' points
 fn draw(
     sheet: &mut Sheet,
     panel: &mut Panel,
     axis: &AxisResponse,
     colour: Colour,
     radius_px: f64,
-    pick: impl Fn(&ResponsePoint) -> (Option<f64>, Option<f64>),
+    model: usize,
+    pick: impl Fn(&ResponsePoint) -> f64,
 ) {
-    let curve = axis.points.iter().filter_map(|point| Some((point.frequency_hz, pick(point).1?)));
+    let curve = axis.model_curve.iter().filter_map(|point| Some((point[0], *point.get(model)?)));
     panel.curve(sheet, curve, model_pen(colour));
     let mut places = Vec::with_capacity(axis.points.len());
     for point in axis.points.iter().filter(|point| point.moves()) {
-        let Some(value) = pick(point).0 else { continue };
-        let at = panel.at(point.frequency_hz, value);
+        let at = panel.at(point.frequency_hz, pick(point));
         if !panel.holds(at) {
             continue;
         }
@@ -112,7 +115,7 @@ fn heading(measured: &Response, axes: &[(&AxisResponse, Colour)]) -> Heading {
         legend.push(Entry { symbol: Symbol::Ring(*colour), text: format!("{name} measured") });
         if let (Some(db), Some(deg)) = (axis.model_deviation_db, axis.model_deviation_deg) {
             let within = |value: f64| if value < 1e-3 { "0.001".to_owned() } else { figure(1.005 * value, 2) };
-            let apart = format!("{name} linear model (within {} dB, {}°)", within(db), within(deg));
+            let apart = format!("{name} linear analysis (within {} dB, {}°)", within(db), within(deg));
             legend.push(Entry::line(model_pen(*colour), apart));
         }
     }

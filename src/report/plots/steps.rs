@@ -80,6 +80,11 @@ fn steps(sheet: &mut Sheet, measured: &Steps, space: Frame) {
             let text = format!("settled in {} ms", figure(1e3 * settling_s, 3));
             panel.point_label(sheet, at, &text, colour);
         }
+        if let (None, Some(last)) = (axis.step.settling_s, axis.step_samples.last()) {
+            let at = panel.at(0.75e3 * end, last.actual_um);
+            let text = format!("rests {} µm off", figure(axis.step.rest_um.abs(), 3));
+            panel.point_label(sheet, at, &text, colour);
+        }
         let top = axis.step_samples.iter().copied().reduce(|a, b| if b.actual_um > a.actual_um { b } else { a });
         if let Some(top) = top.filter(|top| axis.step.overshoot_percent > 0.1 && top.time_s <= end) {
             let at = panel.at(1e3 * top.time_s, top.actual_um);

@@ -15,10 +15,12 @@
 
 mod forces;
 mod grid;
+mod linear;
 mod motion;
 
 use self::forces::{Bristle, Force, Forces, Rub};
 use self::grid::{Column, LANES, Linear, MOTOR, PLACE, Step, TABLE, TICKS, TORQUE, TWIST};
+pub(crate) use self::linear::LinearMachine;
 use super::AxisParameters;
 use super::effects::Effects;
 

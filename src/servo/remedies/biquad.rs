@@ -85,6 +85,11 @@ impl Biquad {
         Ok(Self { b, a, state: [0.0; 2] })
     }
 
+    /// `b0, b1, b2` and `a1, a2`.
+    pub fn coefficients(&self) -> ([f64; 3], [f64; 2]) {
+        (self.b, self.a)
+    }
+
     /// One sample.
     #[inline(always)]
     pub fn step(&mut self, x: f64) -> f64 {

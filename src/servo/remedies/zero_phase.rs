@@ -142,6 +142,11 @@ impl ZeroPhase {
         self.look_ahead
     }
 
+    /// The prefilter as `Σ f_i z⁻ⁱ / (1 + Σ b_i z⁻ⁱ⁻¹)`: `f` and `b`, both from 0.
+    pub fn coefficients(&self) -> (&[f64], &[f64]) {
+        (&self.forward, &self.back)
+    }
+
     /// One sample of a command that began at zero.
     #[inline]
     pub fn step(&mut self, command: f64) -> f64 {
