@@ -108,7 +108,7 @@ pub(super) struct RawEffects {
     /// Play between screw and table.
     #[schemars(with = "Option<RawBacklash>")]
     pub(super) backlash: Option<Spanned<RawBacklash>>,
-    /// Pitch error of the screw.
+    /// Pitch error of the screw, counted from where the axis starts.
     #[schemars(with = "Option<RawPitch>")]
     pub(super) pitch: Option<Spanned<RawPitch>>,
     /// Torque ripple (cogging) of the motor.
@@ -292,7 +292,8 @@ pub(super) struct RawBacklash {
 #[derive(Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub(super) struct RawPitch {
-    /// Points [position in mm, error in µm], straight lines between them.
+    /// Points [position in mm, error in µm], straight lines between them; before the first and after the last their errors stay. What counts
+    /// is the difference to the error where the axis starts: it is homed there.
     #[schemars(with = "Vec<[f64; 2]>")]
     pub(super) points_mm_um: Spanned<Vec<RawPoint>>,
     /// The points repeat after this distance, in mm: the lead of the screw. Default: they do not repeat.
@@ -338,7 +339,7 @@ pub(super) enum RawForce {
 #[derive(Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub(super) struct RawForceOverTime {
-    /// Points [time in s, force in N], straight lines between them.
+    /// Points [time in s, force in N], straight lines between them; before the first and after the last their forces stay.
     #[schemars(with = "Vec<[f64; 2]>")]
     pub(super) points_s_n: Spanned<Vec<RawPoint>>,
     /// The points repeat after this time, in s. Default: they do not repeat.
@@ -350,7 +351,7 @@ pub(super) struct RawForceOverTime {
 #[derive(Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub(super) struct RawForceOverPosition {
-    /// Points [position in mm, force in N], straight lines between them.
+    /// Points [position in mm, force in N], straight lines between them; before the first and after the last their forces stay.
     #[schemars(with = "Vec<[f64; 2]>")]
     pub(super) points_mm_n: Spanned<Vec<RawPoint>>,
     /// The points repeat after this distance, in mm. Default: they do not repeat.
@@ -377,7 +378,7 @@ pub(super) struct RawRemedies {
     /// Shift of the command against backlash.
     #[schemars(with = "Option<RawBacklashCompensation>")]
     pub(super) backlash: Option<Spanned<RawBacklashCompensation>>,
-    /// Shift of the command against the pitch error, as far as it is known.
+    /// Shift of the command against the pitch error, as far as it is known; counted from where the axis starts, as the effect is.
     #[schemars(with = "Option<RawPitch>")]
     pub(super) pitch: Option<Spanned<RawPitch>>,
     /// Zero-phase-error tracking: a prefilter that undoes the PDFF loop of the model. Default: false.
