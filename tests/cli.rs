@@ -106,9 +106,9 @@ fn rounding_breaks_no_limit() {
 fn a_locked_loop_is_told_in_words_and_exits_with_3() {
     let folder = Folder::new();
     let scenario = "run alpha --set axes.x.drive.voltage_limit_v=0.5 --set limits={}";
-    folder.servosim(scenario).assert().code(3).stdout(contains("\n  axis x LOCKED UP: saturated since"));
+    folder.servosim(scenario).assert().code(3).stdout(contains("\n  axis x LOCKED UP: saturating since"));
     let quiet = folder.servosim(&format!("{scenario} --quiet")).assert().code(3).stdout("");
-    quiet.stderr(starts_with("axis x locked up: saturated since"));
+    quiet.stderr(starts_with("axis x locked up: saturating since"));
 }
 
 #[test]

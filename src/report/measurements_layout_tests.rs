@@ -123,6 +123,8 @@ fn learned(size: f64, count: u32) -> Learned {
         runs: (1..=count).map(run).collect(),
         best_run: count,
         diverged: (count == 3).then(|| "learning diverges: the gain is too high".to_owned()),
+        locked_up: count == 3,
+        interrupted: false,
         warnings: Vec::new(),
         corrections_mm: (0..1000_u32)
             .map(|k| nalgebra::Vector2::new(size, -size) * (0.01 * f64::from(k)).sin())
