@@ -176,3 +176,12 @@ pub(crate) fn stop_flag() -> Arc<AtomicBool> {
     });
     flag
 }
+
+/// Ctrl-C ends the program at once, with a word: for what leaves nothing half done.
+pub(crate) fn end_when_interrupted(word: &'static str) {
+    // Without a handler Ctrl-C just ends the program.
+    let _ = ctrlc::set_handler(move || {
+        note(word);
+        std::process::exit(1);
+    });
+}

@@ -48,7 +48,7 @@ pub(super) struct RawPid {
     /// Derivative gain, in V s/mm.
     #[schemars(with = "Option<f64>", range(min = 0))]
     pub(super) derivative_v_s_mm: Option<Spanned<f64>>,
-    /// Corner of the derivative's filter, in Hz. Default: a quarter of the sampling rate.
+    /// Corner of the derivative's filter, in Hz, at most the Nyquist frequency. Default: a quarter of the sampling rate.
     #[schemars(with = "Option<f64>", extend("exclusiveMinimum" = 0))]
     pub(super) filter_hz: Option<Spanned<f64>>,
 }
@@ -96,13 +96,13 @@ pub(super) struct RawEffects {
     /// Resolution of the digital-to-analogue converter.
     #[schemars(with = "Option<RawDac>")]
     pub(super) dac: Option<Spanned<RawDac>>,
-    /// Bandwidth of the amplifier's current loop.
+    /// Bandwidth of the amplifier's current loop, of first order.
     #[schemars(with = "Option<RawCurrentLoop>")]
     pub(super) current_loop: Option<Spanned<RawCurrentLoop>>,
     /// A ballscrew that gives: motor and table are two masses with a spring between them.
     #[schemars(with = "Option<RawTwoMass>")]
     pub(super) two_mass: Option<Spanned<RawTwoMass>>,
-    /// Friction: exactly one of `coulomb` and `lu_gre`.
+    /// Friction at the table, as a torque at the motor (without `two_mass` the two are one): exactly one of `coulomb` and `lu_gre`.
     #[schemars(with = "Option<RawFriction>")]
     pub(super) friction: Option<Spanned<RawFriction>>,
     /// Play between screw and table.
@@ -142,7 +142,8 @@ pub(super) struct RawEncoder {
     pub(super) resolution_um: Option<Spanned<f64>>,
     /// How velocity is told. Default: "tachometer".
     pub(super) velocity: Option<RawVelocity>,
-    /// Corner of the low pass, or bandwidth of the observer, in Hz. Default: 200.
+    /// Corner of the low pass (at most the Nyquist frequency), or bandwidth of the observer, in Hz. Default: 200; at most a fifth of the sampling
+    /// rate, and half of what an observer is stable below.
     #[schemars(with = "Option<f64>", extend("exclusiveMinimum" = 0))]
     pub(super) velocity_hz: Option<Spanned<f64>>,
     /// Damping of the observer. Default: 1.
@@ -227,7 +228,7 @@ pub(super) struct RawTwoMass {
     pub(super) damping_n_s_mm: Option<Spanned<f64>>,
 }
 
-/// Friction beside the plant's own.
+/// Friction beside the plant's own, which stays at the motor.
 #[derive(Debug, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub(super) enum RawFriction {
@@ -390,7 +391,7 @@ pub(super) struct RawRemedies {
 #[derive(Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub(super) struct RawNotch {
-    /// Centre, in Hz.
+    /// Centre, in Hz, below 0.499 of the sampling rate.
     #[schemars(with = "f64", extend("exclusiveMinimum" = 0))]
     pub(super) frequency_hz: Spanned<f64>,
     /// What is left at the centre, 0 (nothing) to 1. Default: 0.
@@ -405,7 +406,7 @@ pub(super) struct RawNotch {
 #[derive(Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub(super) struct RawLowPass {
-    /// Corner, in Hz.
+    /// Corner, in Hz, below 0.499 of the sampling rate.
     #[schemars(with = "f64", extend("exclusiveMinimum" = 0))]
     pub(super) frequency_hz: Spanned<f64>,
     /// Damping. Default: 0.7071 (Butterworth).
