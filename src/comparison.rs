@@ -5,6 +5,7 @@
 
 use std::sync::atomic::{AtomicBool, Ordering};
 
+use nalgebra::Vector2;
 use rayon::prelude::*;
 use serde::Serialize;
 
@@ -132,8 +133,8 @@ fn helped(scenario: &Scenario) -> bool {
 pub struct Cell {
     /// Largest contouring error.
     pub max_contour_error_um: f64,
-    /// Largest difference of the contouring error from that of the model alone under the same controller, sample by sample, either way;
-    /// null where that one diverges.
+    /// Largest difference of the contouring error, as a vector, from that of the model alone under the same controller, sample by sample; null
+    /// where that one diverges.
     pub from_model_um: Option<f64>,
     /// Root mean square of the contouring error.
     pub rms_contour_error_um: f64,
@@ -161,6 +162,11 @@ impl Cell {
     }
 }
 
+/// From the table to the nearest point of the path.
+fn error_mm(period: &Period<2>) -> Vector2<f64> {
+    period.nearest_mm - period.actual_mm
+}
+
 /// Runs the model beside another run, one period for one: no run is kept.
 struct Beside<'a> {
     model: Simulation<'a, 2>,
@@ -169,15 +175,20 @@ struct Beside<'a> {
 
 impl Observer<2> for Beside<'_> {
     fn period(&mut self, period: &Period<2>) -> Result<(), ObserverError> {
-        let model = self.model.next().map_or(f64::NAN, |model| model.contour_error_um);
-        let apart = (period.contour_error_um - model).abs();
+        // As vectors: beyond an end of the path the error has no side, and its sign jumps.
+        let apart = self.model.next().map_or(f64::NAN, |model| 1e3 * (error_mm(period) - error_mm(&model)).norm());
         self.largest_um = self.largest_um.filter(|_| apart.is_finite()).map(|largest| largest.max(apart));
         Ok(())
     }
 }
 
 /// One run of the table; nothing where it was stopped.
-fn run(row: Row, column: &Column, scenario: &Scenario, stop: &AtomicBool) -> Result<Option<Option<Cell>>, SimulationError> {
+fn run(
+    row: Row,
+    column: &Column,
+    scenario: &Scenario,
+    stop: &AtomicBool,
+) -> Result<Option<Option<Cell>>, SimulationError> {
     let variant = column.of(&row.of(scenario));
     let model = column.of(&Row::Model.of(scenario));
     let mut beside = Beside { model: model.simulation()?, largest_um: Some(0.0) };
@@ -227,19 +238,17 @@ impl Comparison {
     ///
     /// # Errors
     /// As [`of`](Self::of).
-    pub fn until(
-        stop: &AtomicBool,
-        scenario: &Scenario,
-        columns: &[Column],
-    ) -> Result<Option<Self>, SimulationError> {
+    pub fn until(stop: &AtomicBool, scenario: &Scenario, columns: &[Column]) -> Result<Option<Self>, SimulationError> {
         let rows = Row::of_scenario(scenario);
         let variants: Vec<(Row, &Column)> =
             rows.iter().flat_map(|row| columns.iter().map(|column| (*row, column))).collect();
         let runs: Vec<Result<Option<Option<Cell>>, SimulationError>> = variants
             .par_iter()
-            .map(|(row, column)| {
-                if stop.load(Ordering::Relaxed) { Ok(None) } else { run(*row, column, scenario, stop) }
-            })
+            .map(
+                |(row, column)| {
+                    if stop.load(Ordering::Relaxed) { Ok(None) } else { run(*row, column, scenario, stop) }
+                },
+            )
             .collect();
         let runs: Option<Vec<Option<Cell>>> = runs.into_iter().collect::<Result<_, _>>()?;
         Ok(runs.map(|runs| {

@@ -4,8 +4,8 @@ use std::fmt::Write as _;
 
 use clap::{Args, Subcommand};
 use servosim::measure::{
-    AxisResponse, AxisSteps, CircleRequest, CircleTest, Direction, Response, ResponseRequest, Spike, StepRequest, Steps,
-    circle, response, step,
+    AxisResponse, AxisSteps, CircleRequest, CircleTest, Direction, Response, ResponseRequest, Spike, StepRequest,
+    Steps, circle, response, step,
 };
 use servosim::report;
 use servosim::scenario::{Document, Scenario};

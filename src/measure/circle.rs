@@ -318,10 +318,8 @@ fn figures(run: &Run, radius_mm: f64) -> Direction {
         radial_min_at_deg: low.angle_deg,
         lost_motion_um: [um(fit[5]), um(fit[6])],
         ripple_um,
-        spikes: spikes(&run.samples, &fit, turn).map(|spike| Spike {
-            clear: !run.locked_up && spike.height_um.abs() > CLEAR * ripple_um,
-            ..spike
-        }),
+        spikes: spikes(&run.samples, &fit, turn)
+            .map(|spike| Spike { clear: !run.locked_up && spike.height_um.abs() > CLEAR * ripple_um, ..spike }),
         trace,
     }
 }

@@ -7,8 +7,8 @@ use toml::Spanned;
 use super::check_feed::{axis_limited, overridden};
 use super::diagnostics::Diagnostic;
 use super::file::{
-    RawAxis, RawControl, RawDerivative, RawDrive, RawExponent, RawFeedrate, RawLimits, RawOverride, RawPdff, RawPlant, RawProfile,
-    RawScenario,
+    RawAxis, RawControl, RawDerivative, RawDrive, RawExponent, RawFeedrate, RawLimits, RawOverride, RawPdff, RawPlant,
+    RawProfile, RawScenario,
 };
 use super::{FeedProfile, Scenario, check_drive, check_path};
 use crate::feedrate::{FeedrateError, Motion, Profile, optimize_n_c};

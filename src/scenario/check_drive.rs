@@ -339,7 +339,9 @@ fn mechanics(
             let static_nm = at.or("static_nm", static_nm.as_ref(), coulomb_nm);
             let most_nm = drive.voltage_limit_v / drive.torque_to_voltage_v_nm;
             at.bound("static_nm", || {
-                format!("at its voltage limit the drive gives voltage_limit_v / torque_to_voltage_v_nm = {most_nm:.4} N m")
+                format!(
+                    "at its voltage limit the drive gives voltage_limit_v / torque_to_voltage_v_nm = {most_nm:.4} N m"
+                )
             });
             Coulomb {
                 coulomb_nm,
@@ -436,7 +438,8 @@ impl RawTable<'_> {
         let ([key, _], [x, y]) = (self.keys, self.units);
         let rows = self.points.get_ref();
         if rows.is_empty() {
-            let problem = Diagnostic::new(format!("`{key}` is empty: it takes at least 1 point")).at(self.points.span());
+            let problem =
+                Diagnostic::new(format!("`{key}` is empty: it takes at least 1 point")).at(self.points.span());
             return Some(problem.help(format!("write points [{x}, {y}], such as [[0, 0], [10, 2]]")));
         }
         let values = || rows.iter().map(|row| row.get_ref().0);

@@ -340,9 +340,8 @@ fn not_found(form: &Form, name: &str, places: &[PathBuf]) -> ScenarioError {
     if let Some(known) = nearest(base, names) {
         problem = problem.help(format!("did you mean `{known}`?"));
     }
-    problem = problem
-        .note(format!("looked for {}, and among the built-in {}s", looked.join(", "), form.name))
-        .help(format!(
+    problem =
+        problem.note(format!("looked for {}, and among the built-in {}s", looked.join(", "), form.name)).help(format!(
             "built in: {}; `servosim new NAME{}` writes a new one",
             built_in().collect::<Vec<_>>().join(", "),
             if is_part { " --part" } else { "" }

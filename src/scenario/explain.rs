@@ -162,10 +162,8 @@ fn keys_beside_choice(text: &str, place: &[String], variants: &[String]) -> Opti
     }
     let is_variant = |key: &str| variants.iter().any(|variant| variant == key);
     // In the order of the file.
-    let (key, _) = table
-        .iter()
-        .filter(|(key, _)| !is_variant(key.get_ref()))
-        .min_by_key(|(key, _)| key.span().start)?;
+    let (key, _) =
+        table.iter().filter(|(key, _)| !is_variant(key.get_ref())).min_by_key(|(key, _)| key.span().start)?;
     let place = place.join(".");
     // A table that is named by a value is the one that is meant.
     let named = table.values().filter_map(|value| value.get_ref().as_str()).find(|word| is_variant(word));
@@ -261,7 +259,9 @@ fn wrong_type(form: &Form, message: &str, key: &str) -> Diagnostic {
             ("one number for X and one for Y", "write a list of two, such as [2000, 2000]")
         }
         "u32" => ("a whole number from 0 to 4294967295", "write a whole number, without quotes"),
-        POINT if key.contains("points_mm_um") => ("[mm, µm]", "a point is a place in mm and an error in µm: [12.5, -3]"),
+        POINT if key.contains("points_mm_um") => {
+            ("[mm, µm]", "a point is a place in mm and an error in µm: [12.5, -3]")
+        }
         POINT if key.contains("points_mm_n") => ("[mm, N]", "a point is a place in mm and a force in N: [12.5, -300]"),
         POINT if key.contains("points_s_n") => ("[s, N]", "a point is a time in s and a force in N: [0.5, -300]"),
         POINT => ("[x, y]", "a point is two numbers in mm: [12.5, -3]"),
