@@ -159,6 +159,17 @@ fn a_scenario_is_a_file_first_then_in_scenarios_then_built_in() {
 }
 
 #[test]
+fn a_part_that_is_not_there_is_no_scenario() {
+    let folder = Folder::new();
+    folder.write("x.ngc", "G21 G90\nG1 X10 F600\n");
+    for command in ["run x.ngc --part nopart.toml", "toolpath nopart.toml"] {
+        let told =
+            contains("there is no part `nopart.toml`").and(contains("`servosim new NAME --part` writes a new one"));
+        folder.servosim(command).assert().code(2).stdout("").stderr(told.and(contains("alpha").not()));
+    }
+}
+
+#[test]
 fn a_scenario_that_is_not_there_is_told_with_where_it_was_looked_for() {
     let folder = Folder::new();
     folder.write("bracket.toml", line_scenario(10.0));

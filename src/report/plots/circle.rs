@@ -130,6 +130,12 @@ fn polar(sheet: &mut Sheet, test: &CircleTest, square: &Frame) {
     let nominal = ring(0.0);
     sheet.curve(&nominal, square, NOMINAL);
     panel.keep_clear(nominal);
+    for (direction, pen) in pens(test) {
+        let points: Vec<Px> = closed(&direction.trace).map(|r| place(r.angle_deg, r.deviation_um)).collect();
+        sheet.curve(&points, square, pen);
+        panel.keep_clear(points);
+    }
+    // Over the curves: a number that is crossed out tells nothing.
     for level in levels() {
         let label = Lettering::new(place(67.5, level), figure(level, 4), LABEL_EM, Anchor::Middle).coloured(MUTED);
         let Frame { left, top, right, bottom } = label.frame();
@@ -137,20 +143,20 @@ fn polar(sheet: &mut Sheet, test: &CircleTest, square: &Frame) {
         panel.keep_off(label.frame());
         sheet.text(label);
     }
-    for (direction, pen) in pens(test) {
-        let points: Vec<Px> = closed(&direction.trace).map(|r| place(r.angle_deg, r.deviation_um)).collect();
-        sheet.curve(&points, square, pen);
-        panel.keep_clear(points);
-    }
     let said = format!("{} µm a division", figure(step, 3));
     sheet.text(Lettering::new(middle, said, LABEL_EM, Anchor::Middle).coloured(MUTED));
-    for (direction, pen) in pens(test) {
-        for spike in direction.spikes.iter().filter(|spike| is_marked(spike, &range)) {
-            let at = place(spike.tip_deg, spike.tip_um);
-            sheet.ring(at, 4.0, 1.5, pen.colour);
-            let text = format!("{} {} µm", spike.axis.to_uppercase(), figure(spike.height_um, 3));
-            panel.point_label(sheet, at, &text, pen.colour);
-        }
+    let marked = || {
+        let all = pens(test).flat_map(|(direction, pen)| direction.spikes.iter().map(move |spike| (spike, pen)));
+        let seen = all.filter(|(spike, _)| is_marked(spike, &range));
+        seen.map(|(spike, pen)| (spike, pen, place(spike.tip_deg, spike.tip_um)))
+    };
+    for (_, pen, (x, y)) in marked() {
+        sheet.ring((x, y), 4.0, 1.5, pen.colour);
+        panel.keep_off(Frame { left: x - 5.0, top: y - 5.0, right: x + 5.0, bottom: y + 5.0 });
+    }
+    for (spike, pen, at) in marked() {
+        let text = format!("{} {} µm", spike.axis.to_uppercase(), figure(spike.height_um, 3));
+        panel.point_label(sheet, at, &text, pen.colour);
     }
 }
 
