@@ -13,7 +13,7 @@ use servosim::servo::effects::{
     PitchError, Table, TorqueRipple, TwoMass, VelocityEstimate,
 };
 use servosim::servo::remedies::{Biquad, ClosedLoop, CrossCoupling, CrossCouplingGains, Filter, Remedies, ZeroPhase};
-use servosim::servo::{Axis, AxisLoop, AxisParameters, Demand, Drive, LoopSettings, Pdff, Plant, RealAxis};
+use servosim::servo::{Axis, AxisLoop, Demand, Drive, LoopSettings, Pdff, Plant, RealAxis};
 
 fn curve() -> Coulomb {
     Coulomb { coulomb_nm: 0.1, static_nm: 0.15, stribeck_mm_s: 3.0, viscous_nm_s_rad: 0.0 }
