@@ -28,10 +28,13 @@ Examples:
   servosim run heart --format json --plots none
   servosim run output/patch.nc
 
-What the drives do beside their models is switched on in the scenario, a table each: [axes.x.effects] mismatch, encoder, noise, delay, dac,
-current_loop, two_mass, friction, backlash, pitch, ripple, force; what is done about it: [axes.x.remedies] notch, low_pass, acceleration,
-friction, backlash, pitch, zero_phase, [axes.x.controller] p_pi, pid, cascade, [control.cross_coupling]; [[feedrate.override]] turns
-the feed during the run. `servosim schema` lists every key; a scenario with effects gets a table of what each costs.
+What the drives do beside their models is switched on in the scenario, a table each:
+  [axes.x.effects]     mismatch, encoder, noise, delay, dac, current_loop, two_mass, friction,
+                       backlash, pitch, ripple, force
+  [axes.x.remedies]    notch, low_pass, acceleration, friction, backlash, pitch, zero_phase
+  [axes.x.controller]  p_pi, pid, cascade
+  [control.cross_coupling], and [[feedrate.override]], which turns the feed during the run
+`servosim schema` lists every key. A scenario with effects gets a table of what each costs.
 
 SCENARIO is looked for as a file, then in the folder scenarios, then among the built-in ones (alpha, alpha-real, heart, star).
 A name that ends in .nc (.ngc .mpf .tap .gcode …) is an NC program: it runs on the machine of its part, PROGRAM.part.toml beside
