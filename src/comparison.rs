@@ -182,13 +182,15 @@ impl Observer<2> for Beside<'_> {
     }
 }
 
-/// One run of the table; nothing where it was stopped.
-fn run(
-    row: Row,
-    column: &Column,
-    scenario: &Scenario,
-    stop: &AtomicBool,
-) -> Result<Option<Option<Cell>>, SimulationError> {
+/// How a run of the table ended.
+enum Ran {
+    Whole(Cell),
+    Diverged,
+    Stopped,
+}
+
+/// One run of the table.
+fn run(row: Row, column: &Column, scenario: &Scenario, stop: &AtomicBool) -> Result<Ran, SimulationError> {
     let variant = column.of(&row.of(scenario));
     let model = column.of(&Row::Model.of(scenario));
     let mut beside = Beside { model: model.simulation()?, largest_um: Some(0.0) };
@@ -197,9 +199,9 @@ fn run(
         observers.push(&mut beside);
     }
     match variant.run_until(Some(stop), &mut observers) {
-        Ok(summary) if summary.complete => Ok(Some(Some(Cell::new(&summary, beside.largest_um)))),
-        Ok(_) => Ok(None),
-        Err(SimulationError::Diverged { .. }) => Ok(Some(None)),
+        Ok(summary) if summary.complete => Ok(Ran::Whole(Cell::new(&summary, beside.largest_um))),
+        Ok(_) => Ok(Ran::Stopped),
+        Err(SimulationError::Diverged { .. }) => Ok(Ran::Diverged),
         Err(error) => Err(error),
     }
 }
@@ -242,15 +244,21 @@ impl Comparison {
         let rows = Row::of_scenario(scenario);
         let variants: Vec<(Row, &Column)> =
             rows.iter().flat_map(|row| columns.iter().map(|column| (*row, column))).collect();
-        let runs: Vec<Result<Option<Option<Cell>>, SimulationError>> = variants
+        let runs: Vec<Result<Ran, SimulationError>> = variants
             .par_iter()
             .map(
                 |(row, column)| {
-                    if stop.load(Ordering::Relaxed) { Ok(None) } else { run(*row, column, scenario, stop) }
+                    if stop.load(Ordering::Relaxed) { Ok(Ran::Stopped) } else { run(*row, column, scenario, stop) }
                 },
             )
             .collect();
-        let runs: Option<Vec<Option<Cell>>> = runs.into_iter().collect::<Result<_, _>>()?;
+        let runs: Vec<Ran> = runs.into_iter().collect::<Result<_, _>>()?;
+        let cells = runs.into_iter().map(|run| match run {
+            Ran::Whole(cell) => Some(Some(cell)),
+            Ran::Diverged => Some(None),
+            Ran::Stopped => None,
+        });
+        let runs: Option<Vec<Option<Cell>>> = cells.collect();
         Ok(runs.map(|runs| {
             let lines = rows
                 .iter()

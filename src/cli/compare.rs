@@ -126,7 +126,7 @@ fn columns(args: &CompareArgs) -> Result<Vec<Column>, CliError> {
             continue;
         }
         let taken = |name: &str| columns.iter().any(|column| same(column.name(), name));
-        let numbered = (2..).map(|n| format!("{name} ({n})")).find(|name| !taken(name));
+        let numbered = (2..columns.len() + 3).map(|n| format!("{name} ({n})")).find(|name| !taken(name));
         columns.push(match numbered {
             Some(numbered) if taken(name) => Column::Gains(numbered, *pdff),
             _ => column,

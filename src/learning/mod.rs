@@ -380,13 +380,16 @@ impl Learner {
     }
 }
 
-/// Summary and errors, command less actual position \[mm\], of a run; nothing where it was stopped.
+/// Summary and errors, command less actual position \[mm\].
+type Run = (Summary, Vec<Vector2<f64>>);
+
+/// One run; nothing where it was stopped.
 fn one_run(
     stop: &AtomicBool,
     scenario: &Scenario,
     run: u32,
     corrections: Arc<[Vector2<f64>]>,
-) -> Result<Option<(Summary, Vec<Vector2<f64>>)>, SimulationError> {
+) -> Result<Option<Run>, SimulationError> {
     let mut repeated = scenario.clone();
     for noise in repeated.drives.iter_mut().filter_map(|drive| drive.effects.noise.as_mut()) {
         noise.seed = noise.seed.wrapping_add(u64::from(run - 1));
