@@ -3,6 +3,9 @@
 //! Rows are what the drives do, columns how they are controlled; a cell is a whole run. Rows: the model alone, each effect alone, all
 //! effects, and all with what the scenario does about them. A scenario without effects has one row.
 
+use std::sync::atomic::{AtomicBool, Ordering};
+
+use nalgebra::Vector2;
 use rayon::prelude::*;
 use serde::Serialize;
 
@@ -10,7 +13,7 @@ use crate::scenario::Scenario;
 use crate::servo::effects::{EffectKind, Effects};
 use crate::servo::remedies::Remedies;
 use crate::servo::{ControllerGains, ControllerKind, Pdff, RealDrive};
-use crate::simulation::SimulationError;
+use crate::simulation::{Observer, ObserverError, Period, Simulation, SimulationError};
 use crate::summary::Summary;
 
 /// How the axes are controlled: a column.
@@ -130,7 +133,10 @@ fn helped(scenario: &Scenario) -> bool {
 pub struct Cell {
     /// Largest contouring error.
     pub max_contour_error_um: f64,
-    /// Its root mean square.
+    /// Largest difference of the contouring error, as a vector, from that of the model alone under the same controller, sample by sample; null
+    /// where that one diverges.
+    pub from_model_um: Option<f64>,
+    /// Root mean square of the contouring error.
     pub rms_contour_error_um: f64,
     /// Largest tracking error.
     pub max_tracking_error_um: f64,
@@ -142,16 +148,61 @@ pub struct Cell {
     pub passed: bool,
 }
 
-impl From<&Summary> for Cell {
-    fn from(summary: &Summary) -> Self {
+impl Cell {
+    fn new(summary: &Summary, from_model_um: Option<f64>) -> Self {
         Self {
             max_contour_error_um: summary.max_contour_error_um,
+            from_model_um,
             rms_contour_error_um: summary.rms_contour_error_um,
             max_tracking_error_um: summary.max_tracking_error_um,
             peak_voltage_v: summary.peak_voltage_v,
             locked_up: summary.locked_up,
             passed: summary.passed(),
         }
+    }
+}
+
+/// From the table to the nearest point of the path.
+fn error_mm(period: &Period<2>) -> Vector2<f64> {
+    period.nearest_mm - period.actual_mm
+}
+
+/// Runs the model beside another run, one period for one: no run is kept.
+struct Beside<'a> {
+    model: Simulation<'a, 2>,
+    largest_um: Option<f64>,
+}
+
+impl Observer<2> for Beside<'_> {
+    fn period(&mut self, period: &Period<2>) -> Result<(), ObserverError> {
+        // As vectors: beyond an end of the path the error has no side, and its sign jumps.
+        let apart = self.model.next().map_or(f64::NAN, |model| 1e3 * (error_mm(period) - error_mm(&model)).norm());
+        self.largest_um = self.largest_um.filter(|_| apart.is_finite()).map(|largest| largest.max(apart));
+        Ok(())
+    }
+}
+
+/// How a run of the table ended.
+enum Ran {
+    Whole(Cell),
+    Diverged,
+    Stopped,
+}
+
+/// One run of the table.
+fn run(row: Row, column: &Column, scenario: &Scenario, stop: &AtomicBool) -> Result<Ran, SimulationError> {
+    let variant = column.of(&row.of(scenario));
+    let model = column.of(&Row::Model.of(scenario));
+    let mut beside = Beside { model: model.simulation()?, largest_um: Some(0.0) };
+    let mut observers: Vec<&mut dyn Observer<2>> = Vec::new();
+    if row != Row::Model {
+        observers.push(&mut beside);
+    }
+    match variant.run_until(Some(stop), &mut observers) {
+        Ok(summary) if summary.complete => Ok(Ran::Whole(Cell::new(&summary, beside.largest_um))),
+        Ok(_) => Ok(Ran::Stopped),
+        Err(SimulationError::Diverged { .. }) => Ok(Ran::Diverged),
+        Err(error) => Err(error),
     }
 }
 
@@ -181,26 +232,55 @@ impl Comparison {
     /// # Errors
     /// A variant that cannot be set up, a run that is too long.
     pub fn of(scenario: &Scenario, columns: &[Column]) -> Result<Self, SimulationError> {
+        let complete = Self::until(&AtomicBool::new(false), scenario, columns)?;
+        Ok(complete.unwrap_or_else(|| Self::with(scenario, columns, Vec::new())))
+    }
+
+    /// As [`of`](Self::of), but gives nothing where `stop` was raised before the last run was done.
+    ///
+    /// # Errors
+    /// As [`of`](Self::of).
+    pub fn until(stop: &AtomicBool, scenario: &Scenario, columns: &[Column]) -> Result<Option<Self>, SimulationError> {
         let rows = Row::of_scenario(scenario);
-        let variants: Vec<Scenario> =
-            rows.iter().flat_map(|row| columns.iter().map(|column| column.of(&row.of(scenario)))).collect();
-        let runs: Vec<Result<Option<Cell>, SimulationError>> = variants
+        let variants: Vec<(Row, &Column)> =
+            rows.iter().flat_map(|row| columns.iter().map(|column| (*row, column))).collect();
+        let runs: Vec<Result<Ran, SimulationError>> = variants
             .par_iter()
-            .map(|variant| match variant.run(&mut []) {
-                Ok(summary) => Ok(Some(Cell::from(&summary))),
-                Err(SimulationError::Diverged { .. }) => Ok(None),
-                Err(error) => Err(error),
-            })
+            .map(
+                |(row, column)| {
+                    if stop.load(Ordering::Relaxed) { Ok(Ran::Stopped) } else { run(*row, column, scenario, stop) }
+                },
+            )
             .collect();
-        let runs: Vec<Option<Cell>> = runs.into_iter().collect::<Result<_, _>>()?;
-        let lines = rows
-            .iter()
-            .zip(runs.chunks(columns.len().max(1)))
-            .map(|(row, runs)| Line { drives: row.name().to_owned(), runs: runs.to_vec() });
-        Ok(Self {
+        let runs: Vec<Ran> = runs.into_iter().collect::<Result<_, _>>()?;
+        let cells = runs.into_iter().map(|run| match run {
+            Ran::Whole(cell) => Some(Some(cell)),
+            Ran::Diverged => Some(None),
+            Ran::Stopped => None,
+        });
+        let runs: Option<Vec<Option<Cell>>> = cells.collect();
+        Ok(runs.map(|runs| {
+            let lines = rows
+                .iter()
+                .zip(runs.chunks(columns.len().max(1)))
+                .map(|(row, runs)| Line { drives: row.name().to_owned(), runs: runs.to_vec() });
+            Self::with(scenario, columns, lines.collect())
+        }))
+    }
+
+    fn with(scenario: &Scenario, columns: &[Column], lines: Vec<Line>) -> Self {
+        Self {
             scenario: scenario.name.clone(),
             columns: columns.iter().map(|column| column.name().to_owned()).collect(),
-            lines: lines.collect(),
-        })
+            lines,
+        }
+    }
+
+    /// Whether an axis locks up or a loop diverges anywhere in the table, or a limit is broken in its last line: the scenario as it is.
+    pub fn is_broken(&self) -> bool {
+        let lost = |run: &Option<Cell>| run.is_none_or(|cell| cell.locked_up);
+        let broken = |run: &Option<Cell>| run.is_none_or(|cell| !cell.passed);
+        self.lines.iter().any(|line| line.runs.iter().any(lost))
+            || self.lines.last().is_some_and(|line| line.runs.iter().any(broken))
     }
 }

@@ -201,6 +201,18 @@ pub(crate) fn brief(text: &str) -> String {
     printable(&out)
 }
 
+/// A number as a person reads it in a message: its own digits where they are few, six of them where they are many.
+pub(crate) fn readable(value: f64) -> String {
+    let magnitude = value.abs();
+    let in_full = magnitude == 0.0 || (1e-4..1e9).contains(&magnitude);
+    let text = if in_full { value.to_string() } else { format!("{value:e}") };
+    if text.len() <= 10 || !value.is_finite() {
+        return text;
+    }
+    let rounded: f64 = format!("{value:.5e}").parse().unwrap_or(value);
+    if in_full { rounded.to_string() } else { format!("{rounded:e}") }
+}
+
 /// `text` with every number of more than 20 digits written with an exponent: 1e300 rather than 1 and 300 zeros.
 fn readable_numbers(text: &str) -> String {
     const MOST: usize = 20;

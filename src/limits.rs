@@ -194,7 +194,7 @@ impl fmt::Display for Event {
             Self::LimitPassed { name, value, limit, .. } => write!(f, "limit {name} = {limit} passed: {value:.4}"),
             Self::LockedUp { axis, lockup } => write!(
                 f,
-                "axis {} locked up: saturated since {:.3} s and not recovering, {:.3} mm behind ({})",
+                "axis {} locked up: saturating since {:.3} s and not recovering, {:.3} mm behind ({})",
                 name(*axis),
                 lockup.since_s,
                 lockup.error_mm,

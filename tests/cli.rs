@@ -106,9 +106,9 @@ fn rounding_breaks_no_limit() {
 fn a_locked_loop_is_told_in_words_and_exits_with_3() {
     let folder = Folder::new();
     let scenario = "run alpha --set axes.x.drive.voltage_limit_v=0.5 --set limits={}";
-    folder.servosim(scenario).assert().code(3).stdout(contains("\n  axis x LOCKED UP: saturated since"));
+    folder.servosim(scenario).assert().code(3).stdout(contains("\n  axis x LOCKED UP: saturating since"));
     let quiet = folder.servosim(&format!("{scenario} --quiet")).assert().code(3).stdout("");
-    quiet.stderr(starts_with("axis x locked up: saturated since"));
+    quiet.stderr(starts_with("axis x locked up: saturating since"));
 }
 
 #[test]
@@ -156,6 +156,17 @@ fn a_scenario_is_a_file_first_then_in_scenarios_then_built_in() {
     folder.write("two words.txt", line_scenario(5.0));
     let output = folder.process("run --format json").arg("two words.txt").output().unwrap();
     assert_eq!(serde_json::from_slice::<Summary>(&output.stdout).unwrap().scenario, "two words");
+}
+
+#[test]
+fn a_part_that_is_not_there_is_no_scenario() {
+    let folder = Folder::new();
+    folder.write("x.ngc", "G21 G90\nG1 X10 F600\n");
+    for command in ["run x.ngc --part nopart.toml", "toolpath nopart.toml"] {
+        let told =
+            contains("there is no part `nopart.toml`").and(contains("`servosim new NAME --part` writes a new one"));
+        folder.servosim(command).assert().code(2).stdout("").stderr(told.and(contains("alpha").not()));
+    }
 }
 
 #[test]

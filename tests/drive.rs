@@ -1,26 +1,14 @@
 //! The drive as it is: each effect against a closed form, an independent route, or the ideal loop.
 
-use servosim::servo::controller::{Controller, Measured, Wanted};
+mod drive_common;
+
+use drive_common::{DT, axis, real};
 use servosim::servo::effects::{
     Backlash, Coulomb, CurrentLoop, CuttingForce, Dac, Delay, Effects, Encoder, EncoderPlace, Friction, Harmonic,
     Integration, LuGre, Mismatch, Noise, PitchError, Table, TorqueRipple, TwoMass, VelocityEstimate,
 };
 use servosim::servo::remedies::Remedies;
-use servosim::servo::{
-    Axis, AxisLoop, AxisParameters, AxisSignals, Demand, Derivative, Drive, DriveSignals, LoopSettings, Pdff, Plant,
-    RealAxis,
-};
-
-const DT: f64 = 1e-3;
-
-/// Alpha's X axis.
-fn axis() -> AxisParameters {
-    AxisParameters {
-        plant: Plant { gain_rad_s_v: 83.0089, time_constant_s: 0.19936 },
-        drive: Drive::default(),
-        pdff: Pdff { kpp_rad_s_mm: 97.38, kpv_nm_s_rad: 1.19, kiv_1_s: 252.8, kpf_rad_mm: 0.8, kvf: 0.85 },
-    }
-}
+use servosim::servo::{Axis, AxisLoop, AxisSignals, Demand, Derivative, Drive, DriveSignals, LoopSettings, RealAxis};
 
 fn coulomb() -> Coulomb {
     Coulomb { coulomb_nm: 0.1, static_nm: 0.15, stribeck_mm_s: 3.0, viscous_nm_s_rad: 0.001 }
@@ -73,28 +61,9 @@ fn demand(k: usize) -> Demand {
     }
 }
 
-fn real(effects: &Effects) -> RealAxis {
-    RealAxis::pdff(&axis(), effects, &Remedies::default(), &LoopSettings::default(), 0.0).expect("sound parameters")
-}
-
-/// Torque by time, no feedback.
-struct Torque<F>(F, u32);
-
-impl<F: FnMut(f64) -> f64> Controller for Torque<F> {
-    fn control(&mut self, _: &Demand, _: &Measured) -> Wanted {
-        let torque_nm = (self.0)(f64::from(self.1) * DT);
-        self.1 += 1;
-        Wanted { velocity_command_rad_s: 0.0, torque_nm }
-    }
-
-    fn settle(&mut self, _: f64) {}
-}
-
 /// The motion under torques in an open loop.
-fn open(effects: &Effects, samples: usize, torque: impl FnMut(f64) -> f64) -> Vec<(AxisSignals, DriveSignals)> {
-    let settings = LoopSettings::default();
-    let mut axis = RealAxis::new(&axis(), Torque(torque, 0), effects, &Remedies::default(), &settings, 0.0)
-        .expect("sound parameters");
+fn open(effects: &Effects, samples: usize, mut torque: impl FnMut(f64) -> f64) -> Vec<(AxisSignals, DriveSignals)> {
+    let mut axis = drive_common::open(effects, |k| torque(f64::from(k) * DT));
     (0..samples).map(|_| (axis.step(&Demand::default()), axis.drive_signals())).collect()
 }
 

@@ -1,51 +1,22 @@
 //! The drive as it is: figures of measurement, electronics, remedies and disturbances in closed form, and what is refused.
 #![allow(clippy::cast_possible_truncation, clippy::cast_possible_wrap)] // small numbers of samples
 
+mod drive_common;
+
 use std::f64::consts::PI;
 
+use drive_common::{DT, axis, open, real};
 use nalgebra::Complex;
-use servosim::servo::controller::{
-    AnyController, Cascade, CascadeGains, Controller, Measured, PPi, PPiGains, Pid, PidGains, Wanted,
-};
+use servosim::servo::controller::{AnyController, Cascade, CascadeGains, PPi, PPiGains, Pid, PidGains};
 use servosim::servo::effects::{
     Backlash, Coulomb, CuttingForce, Dac, Delay, Effects, Encoder, EncoderPlace, Friction, Harmonic, LuGre, Noise,
     PitchError, Table, TorqueRipple, TwoMass, VelocityEstimate,
 };
 use servosim::servo::remedies::{Biquad, ClosedLoop, CrossCoupling, CrossCouplingGains, Filter, Remedies, ZeroPhase};
-use servosim::servo::{Axis, AxisLoop, AxisParameters, Demand, Drive, LoopSettings, Pdff, Plant, RealAxis};
-
-const DT: f64 = 1e-3;
-
-fn axis() -> AxisParameters {
-    AxisParameters {
-        plant: Plant { gain_rad_s_v: 83.0089, time_constant_s: 0.19936 },
-        drive: Drive::default(),
-        pdff: Pdff { kpp_rad_s_mm: 97.38, kpv_nm_s_rad: 1.19, kiv_1_s: 252.8, kpf_rad_mm: 0.8, kvf: 0.85 },
-    }
-}
+use servosim::servo::{Axis, AxisLoop, Demand, Drive, LoopSettings, Pdff, Plant, RealAxis};
 
 fn curve() -> Coulomb {
     Coulomb { coulomb_nm: 0.1, static_nm: 0.15, stribeck_mm_s: 3.0, viscous_nm_s_rad: 0.0 }
-}
-
-fn real(effects: &Effects) -> RealAxis {
-    RealAxis::pdff(&axis(), effects, &Remedies::default(), &LoopSettings::default(), 0.0).expect("sound parameters")
-}
-
-struct Torque<F>(F, u32);
-
-impl<F: FnMut(u32) -> f64> Controller for Torque<F> {
-    fn control(&mut self, _: &Demand, _: &Measured) -> Wanted {
-        self.1 += 1;
-        Wanted { velocity_command_rad_s: 0.0, torque_nm: (self.0)(self.1 - 1) }
-    }
-
-    fn settle(&mut self, _: f64) {}
-}
-
-fn open<F: FnMut(u32) -> f64>(effects: &Effects, torque: F) -> RealAxis<Torque<F>> {
-    RealAxis::new(&axis(), Torque(torque, 0), effects, &Remedies::default(), &LoopSettings::default(), 0.0)
-        .expect("sound parameters")
 }
 
 #[test]

@@ -1,28 +1,15 @@
 //! The drive as it is: what is done about its effects, where the effect is known exactly, and the effects that need no solver.
 
-use servosim::servo::controller::{Cascade, CascadeGains, Controller, Measured, PPiGains, Wanted};
-use servosim::servo::effects::{
-    Backlash, Coulomb, CuttingForce, Effects, Friction, Integration, Mismatch, PitchError, Table,
-};
+mod drive_common;
+
+use drive_common::{DT, axis, helped, open, table};
+use servosim::servo::controller::{Cascade, CascadeGains, PPiGains};
+use servosim::servo::effects::{Backlash, Coulomb, CuttingForce, Effects, Friction, Integration, Mismatch, PitchError};
 use servosim::servo::remedies::{AccelerationFeedforward, BacklashCompensation, FrictionFeedforward, Remedies};
-use servosim::servo::{Axis, AxisLoop, AxisParameters, Demand, Derivative, Drive, LoopSettings, Pdff, Plant, RealAxis};
-
-const DT: f64 = 1e-3;
-
-fn axis() -> AxisParameters {
-    AxisParameters {
-        plant: Plant { gain_rad_s_v: 83.0089, time_constant_s: 0.19936 },
-        drive: Drive::default(),
-        pdff: Pdff { kpp_rad_s_mm: 97.38, kpv_nm_s_rad: 1.19, kiv_1_s: 252.8, kpf_rad_mm: 0.8, kvf: 0.85 },
-    }
-}
+use servosim::servo::{Axis, AxisLoop, AxisParameters, Demand, Derivative, LoopSettings, Plant, RealAxis};
 
 fn real(effects: &Effects, remedies: &Remedies) -> RealAxis {
-    RealAxis::pdff(&axis(), effects, remedies, &LoopSettings::default(), 0.0).expect("sound parameters")
-}
-
-fn table(points: &[(f64, f64)], period: Option<f64>) -> Table {
-    Table::new(points.iter().copied(), period).expect("a table")
+    helped(effects, remedies, 0.0)
 }
 
 #[test]
@@ -49,7 +36,7 @@ fn validates_table_that_repeats() {
         }
     }
     // Under a run it is looked for from place to place: a force over time of 0.1 s, forth and back over its seam.
-    let force = self::table(&[(0.0, 0.0), (0.03, 40.0), (0.07, -40.0)], Some(0.1));
+    let force = drive_common::table(&[(0.0, 0.0), (0.03, 40.0), (0.07, -40.0)], Some(0.1));
     let mut axis = real(
         &Effects { force: Some(CuttingForce::OverTime(force.clone())), ..Effects::default() },
         &Remedies::default(),
@@ -61,22 +48,10 @@ fn validates_table_that_repeats() {
     }
 }
 
-/// A torque that does not change.
-struct Steady(f64);
-
-impl Controller for Steady {
-    fn control(&mut self, _: &Demand, _: &Measured) -> Wanted {
-        Wanted { velocity_command_rad_s: 0.0, torque_nm: self.0 }
-    }
-
-    fn settle(&mut self, _: f64) {}
-}
-
 #[test]
 fn validates_force_over_position_as_a_spring() {
     // 100 N/mm against a steady torque T: J θ'' + B θ' + κ θ = T in closed form.
     let force = CuttingForce::OverPosition(table(&[(-10.0, 1000.0), (10.0, -1000.0)], None));
-    let settings = LoopSettings::default();
     let (plant, drive) = (axis().plant, axis().drive);
     let (inertia, viscous) = (plant.inertia_kg_m2(&drive), plant.viscous_nm_s_rad(&drive));
     let stiffness = 1e5 * 1.59e-3 * 1.59e-3;
@@ -86,8 +61,7 @@ fn validates_force_over_position_as_a_spring() {
     for (substeps, tolerance_mm) in [(1, 3e-5), (8, 5e-7)] {
         let integration = Integration { substeps, ..Integration::default() };
         let effects = Effects { force: Some(force.clone()), integration, ..Effects::default() };
-        let mut spring =
-            RealAxis::new(&axis(), Steady(0.3), &effects, &Remedies::default(), &settings, 0.0).expect("sound");
+        let mut spring = open(&effects, |_| 0.3);
         let mut worst = 0.0_f64;
         for k in 0..1000 {
             let t = f64::from(k) * DT;
@@ -168,6 +142,40 @@ fn validates_compensation_of_backlash_and_pitch() {
     for (i, error) in [5e-3, 5e-3, 3e-3, 0.0].into_iter().enumerate() {
         assert!((off[i] - stops[i] - error).abs() < 1e-9, "{off:?}");
         assert!((gone[i] - stops[i]).abs() < 1e-9, "{gone:?}");
+    }
+}
+
+/// The axis is homed where it starts, whatever its table says there: neither effect nor remedy moves it at rest.
+#[test]
+fn validates_pitch_from_where_the_axis_starts() {
+    // Sloping at the start, level where it rests.
+    let pitch = PitchError { error_um: table(&[(-60.0, 0.0), (0.0, 0.0), (20.0, 5.0), (60.0, 5.0)], None) };
+    let effects = Effects { pitch: Some(pitch.clone()), ..Effects::default() };
+    let remedies = Remedies { pitch: Some(pitch.clone()), ..Remedies::default() };
+    let start_mm = 8.0;
+    let at_start_mm = 1e-3 * pitch.error_um.value(start_mm);
+    assert!((at_start_mm - 2e-3).abs() < 1e-12);
+    for (effects, remedies, foreseen) in [
+        (&effects, &Remedies::default(), 1.0),
+        (&effects, &remedies, 0.0),
+        // A remedy without its effect, the other way.
+        (&Effects::default(), &remedies, -1.0),
+    ] {
+        let mut axis = helped(effects, remedies, start_mm);
+        for _ in 0..200 {
+            let still = axis.step(&Demand::at_rest(start_mm));
+            assert!((still.actual_mm - start_mm).abs() < 1e-12 && still.voltage_v.abs() < 1e-12, "{still:?}");
+        }
+        // To where the error is 5 µm and to where it is none: off by what that is more than at the start.
+        let mut at = start_mm;
+        for (stop, error_mm) in [(25.0, 5e-3), (-3.0, 0.0)] {
+            for _ in 0..4000 {
+                at += (stop - at).max(-0.02).min(0.02);
+                axis.step(&Demand::at_rest(at));
+            }
+            let off = axis.step(&Demand::at_rest(at)).actual_mm - stop;
+            assert!((off - foreseen * (error_mm - at_start_mm)).abs() < 1e-9, "{stop}: {off}");
+        }
     }
 }
 

@@ -3,12 +3,18 @@
 #[path = "common/folder.rs"]
 mod folder;
 
+use std::fs;
+use std::sync::atomic::AtomicBool;
+
 use folder::Folder;
+use nalgebra::Vector2;
 use predicates::prelude::PredicateBooleanExt;
 use predicates::str::contains;
 use servosim::comparison::{Column, Comparison, Row};
 use servosim::scenario::{Document, Scenario};
+use servosim::servo::effects::VelocityEstimate;
 use servosim::servo::{ControllerGains, ControllerKind};
+use servosim::simulation::Period;
 
 fn alpha_with(tables: &str) -> Scenario {
     let document = Document::builtin("alpha").unwrap();
@@ -141,6 +147,38 @@ fn bad_values_are_told_where_they_are() {
         ("[axes.x.controller.p_pi]\n[axes.x.remedies]\nzero_phase = true", "undoes the PDFF loop", "true"),
         ("[control.cross_coupling]\nproportional = -1", "proportional = -1", "-1"),
         ("[axes.x.effects.fricton]\ngap_um = 1", "fricton", "fricton"),
+        ("[axes.x.effects.friction]\nkind = \"coulomb\"\ncoulomb_nm = 0.2", "unknown key `kind`", "kind"),
+        (
+            "[axes.x.effects.friction]\ncoulomb_nm = 0.2\nstatic_nm = 0.3",
+            "[axes.x.effects.friction.coulomb]",
+            "coulomb_nm",
+        ),
+        ("[axes.x.effects.friction.coulomb]\ncoulomb_nm = 3.6", "= 3.5800 N m", "3.6"),
+        ("[axes.x.effects.encoder]\nvelocity = \"observer\"\nvelocity_hz = 140", "below 131.8 Hz", "140"),
+        ("[axes.x.effects.encoder]\nvelocity = \"observer\"\nvelocity_hz = -1", "velocity_hz = -1", "-1"),
+        ("[axes.x.effects.encoder]\nvelocity = \"tachometer\"\nvelocity_hz = 50", "`velocity_hz` does nothing", "50"),
+        (
+            "[axes.x.effects.encoder]\nvelocity = \"low_pass\"\nvelocity_damping = 2",
+            "`velocity_damping` does nothing",
+            "2",
+        ),
+        ("[axes.x.effects.encoder]\nvelocity = \"low_pass\"\nvelocity_hz = 2000", "at most 500 Hz", "2000"),
+        ("[axes.x.controller.pid]\nfilter_hz = 900", "at most 500 Hz", "900"),
+        ("[axes.x.remedies.notch]\nfrequency_hz = 499", "below 499 Hz", "499"),
+        ("[axes.x.effects.delay]\nsamples = 17", "samples = 17 is out of range", "17"),
+        ("[axes.x.effects.dac]\nbits = 40", "bits = 40 is out of range", "40"),
+        ("[axes.x.effects.pitch]\npoints_mm_um = [\n[0, 0],\n[5, 1],\n[-5, 2]]", "point 3 is at -5 mm", "[-5, 2]"),
+        ("[axes.x.effects.pitch]\npoints_mm_um = [[0, 0], [5, nan]]", "`points_mm_um` holds NaN", "nan"),
+        ("[axes.x.effects.pitch]\npoints_mm_um = [[0, 0], [5]]", "a place in mm and an error in µm", "[5]"),
+        ("[axes.x.remedies.pitch]\npoints_mm_um = [[0, 0], [5, 20000]]", "points_mm_um = 20000", "20000"),
+        ("[axes.x.effects.force.over_time]\npoints_s_n = [[0, 1, 2]]", "a time in s and a force in N", "[0, 1, 2]"),
+        ("[axes.x.effects.force.over_time]\npoints_s_n = [[0, 1], [1, 2]]\nperiod_s = 0.5", "period_s = 0.5", "0.5"),
+        (
+            "[[axes.x.effects.ripple.harmonics]]\nper_revolution = 1.5\namplitude_nm = 1",
+            "`per_revolution` must be a whole number",
+            "1.5",
+        ),
+        ("[axes.x.effects.noise]\nrms_um = 1\nseed = -1", "`seed` must be a whole number from 0 to 4294967295", "-1"),
     ] {
         let document = Document::builtin("alpha").unwrap();
         let text = format!("{}\n{tables}\n", document.text());
@@ -151,6 +189,60 @@ fn bad_values_are_told_where_they_are() {
         let last = tables.lines().rfind(|line| line.contains(marked)).unwrap();
         assert!(shown.contains(last), "{tables}\n{shown}");
     }
+}
+
+/// What is left out is stable, whatever the control period.
+#[test]
+fn an_observer_needs_no_more_than_its_name() {
+    for period_s in ["0.01", "0.001", "0.0001"] {
+        let mut document = Document::builtin("alpha").unwrap();
+        document.set(&format!("control.period_s={period_s}")).unwrap();
+        for estimate in ["observer", "low_pass"] {
+            document.set(&format!("axes.x.effects.encoder.velocity={estimate}")).unwrap();
+            document.scenario().unwrap();
+        }
+    }
+    // 2 (√2 - 1) / (2π · 1 ms), Jury's condition for ζ = 1 by hand.
+    let below_hz = VelocityEstimate::observer_below_hz(1.0, 1e-3);
+    assert!((below_hz - 131.85).abs() < 0.01, "{below_hz}");
+}
+
+#[test]
+fn the_difference_from_the_model_is_told_beside_the_error() {
+    let scenario = on_both("[axes.@.effects.backlash]\ngap_um = 4");
+    let comparison = Comparison::of(&scenario, &[Column::Own]).unwrap();
+    let mut errors: Vec<Vec<Vector2<f64>>> = Vec::new();
+    for scenario in [scenario.model(), scenario] {
+        let mut run = Vec::new();
+        scenario.run(&mut [&mut |period: &Period<2>| run.push(1e3 * (period.nearest_mm - period.actual_mm))]).unwrap();
+        errors.push(run);
+    }
+    let apart = errors[0].iter().zip(&errors[1]).map(|(a, b)| (a - b).norm()).fold(0.0, f64::max);
+    let told: Vec<Option<f64>> = comparison.lines.iter().map(|line| line.runs[0].unwrap().from_model_um).collect();
+    assert_eq!(told, [Some(0.0), Some(apart)]);
+    // A play of 4 µm moves the table by about 2.
+    assert!(apart > 1.0 && apart < 6.0, "{apart}");
+    // Stopped before it began, there is none.
+    assert_eq!(Comparison::until(&AtomicBool::new(true), &on_both(""), &[Column::Own]).unwrap(), None);
+}
+
+#[test]
+fn gains_of_one_name_are_told_apart() {
+    let folder = Folder::new();
+    let alpha = Document::builtin("alpha").unwrap();
+    for (place, kpp) in [("d1", 90), ("d2", 100)] {
+        let mut document = alpha.clone();
+        document.set(&format!("axes.x.pdff.kpp={kpp}")).unwrap();
+        folder.write(&format!("{place}/a.toml"), document.text());
+    }
+    folder
+        .servosim("compare alpha-real --gains d1/a.toml --gains d2/a.toml --gains d2/a.toml")
+        .assert()
+        .code(0)
+        .stdout(contains("d1/a").and(contains("d2/a")).and(contains("d2/a (2)").not()))
+        .stderr(contains("alpha-real-d1-a.mcap").and(contains("alpha-real-d2-a.mcap")));
+    let plot = fs::read_to_string(folder.path("output/alpha-real-compared-contour.svg")).unwrap();
+    assert!(plot.contains("d1/a") && plot.contains("d2/a"));
 }
 
 #[test]
@@ -166,6 +258,22 @@ fn compare_as_a_user_types_it() {
     for file in ["alpha-pdff.mcap", "alpha-cascade.mcap", "alpha-compared-contour.svg"] {
         assert!(folder.path(&format!("out/{file}")).is_file(), "{file}");
     }
+    // A locked or unstable loop, and a broken limit of the scenario as it is, end with 3, and are told without a table too.
+    folder
+        .servosim("compare alpha-real --controllers pid --plots none -q")
+        .assert()
+        .code(3)
+        .stdout("")
+        .stderr(contains("pid: locked up or diverged with"));
+    folder
+        .servosim("compare alpha --set limits.contour_error_um=20 --plots none")
+        .assert()
+        .code(3)
+        .stdout(contains("as it is: breaks a limit of the scenario (model alone)").and(contains("nothing to compare")));
+    folder
+        .servosim("compare alpha --controllers pdff,cascade --plots none --set axes.x.remedies.zero_phase=true")
+        .assert()
+        .stdout(contains("cascade: without the zero-phase tracking of x"));
     folder.servosim("compare alpha --controllers pidd").assert().code(2).stderr(contains("pid"));
     folder.servosim("compare alpha-real --format json --plots none").assert().code(0).stdout(contains("\"lines\""));
     folder.servosim("run alpha-real --plots none").assert().code(0).stdout(contains("backlash"));

@@ -2,16 +2,18 @@
 
 use std::f64::consts::TAU;
 use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
 
 use nalgebra::Vector2;
 use servosim::analysis::{Feedforward, SampledLoop, error_constants, step_response};
-use servosim::learning::{LearnError, LearnRequest, learn};
+use servosim::learning::{LearnError, LearnRequest, learn, learn_until};
 use servosim::measure::{
     CircleRequest, CircleTest, MeasureError, ResponseRequest, StepRequest, circle, response, step,
 };
 use servosim::scenario::Scenario;
 use servosim::servo::effects::{
-    Backlash, Coulomb, CurrentLoop, Delay, Encoder, EncoderPlace, Friction, Mismatch, TwoMass, VelocityEstimate,
+    Backlash, Coulomb, CurrentLoop, Delay, Encoder, EncoderPlace, Friction, Harmonic, Mismatch, TorqueRipple, TwoMass,
+    VelocityEstimate,
 };
 use servosim::servo::remedies::{Filter, Remedies};
 use servosim::servo::{Axis, ControllerGains, ControllerKind, Demand, Derivative, RealAxis};
@@ -142,7 +144,7 @@ fn validates_friction_spikes_by_another_way() {
     println!("friction spike of X: {spike:.3} µm; measured {:?}", test.directions[0].spikes);
     for direction in &test.directions {
         for measured in &direction.spikes {
-            assert!(measured.height_um > 0.5 && measured.after_deg < 10.0, "{measured:?}");
+            assert!(measured.height_um > 0.5 && measured.after_deg < 10.0 && measured.clear, "{measured:?}");
             assert_eq!(measured.axis, if measured.at_deg % 180.0 == 0.0 { "x" } else { "y" });
         }
         near(direction.spikes[0].height_um, spike, 0.02 * spike);
@@ -155,6 +157,26 @@ fn validates_friction_spikes_by_another_way() {
     }
     let more = circle(&scenario, &request).unwrap();
     assert!(more.directions[0].spikes[0].height_um > 1.5 * spike);
+}
+
+/// A ripple of the motor is no work of the reversals, and neither is a loop that has lost its track.
+#[test]
+fn only_what_stands_out_of_the_ripple_is_a_spike() {
+    let mut scenario = alpha();
+    for drive in &mut scenario.drives {
+        drive.effects.backlash = Some(Backlash { gap_um: 5.0 });
+        let harmonic = Harmonic { per_revolution: 6, amplitude_nm: 0.5, phase_rad: 0.0 };
+        drive.effects.ripple = Some(TorqueRipple { harmonics: vec![harmonic] });
+    }
+    let request = CircleRequest { radius_mm: 30.0, feed_mm_s: 30.0, ..CircleRequest::of(&scenario) };
+    let test = circle(&scenario, &request).unwrap();
+    for direction in &test.directions {
+        println!("ripple {} µm, {:?}", direction.ripple_um, direction.spikes.map(|spike| spike.height_um));
+        assert!(direction.ripple_um > 0.1 && direction.spikes.iter().all(|spike| !spike.clear), "{direction:?}");
+    }
+    let lost = circle(&alpha(), &CircleRequest { feed_mm_s: 400.0, ..CircleRequest::of(&scenario) }).unwrap();
+    assert!(lost.locked_up);
+    assert!(lost.directions.iter().flat_map(|direction| &direction.spikes).all(|spike| !spike.clear));
 }
 
 #[test]
@@ -415,13 +437,32 @@ fn learning_that_diverges_says_why() {
             Err(LearnError::Request { name: "gain", .. })
         ));
     }
-    for cutoff in [0.0, 501.0, f64::NAN] {
+    for cutoff in [0.0, 1e-9, 0.5, 501.0, f64::NAN] {
         let request = LearnRequest { cutoff_hz: Some(cutoff), ..LearnRequest::default() };
         assert!(matches!(learn(&scenario, &request), Err(LearnError::Request { name: "cutoff_hz", .. })));
     }
     let mut unstable = alpha();
     unstable.settings.one_sample_delay = true;
     assert!(matches!(learn(&unstable, &LearnRequest::default()), Err(LearnError::Unstable { axis }) if axis == "X"));
+}
+
+/// What is stopped keeps its whole runs.
+#[test]
+fn learning_may_be_stopped() {
+    let learned = learn_until(&AtomicBool::new(true), &alpha(), &LearnRequest::default()).unwrap();
+    assert!(learned.interrupted && learned.runs.is_empty() && learned.diverged.is_none());
+    let stop = AtomicBool::new(false);
+    let request = LearnRequest { runs: 1000, ..LearnRequest::default() };
+    let learned = std::thread::scope(|scope| {
+        let learning = scope.spawn(|| learn_until(&stop, &alpha(), &request).unwrap());
+        std::thread::sleep(std::time::Duration::from_millis(300));
+        stop.store(true, Ordering::Relaxed);
+        learning.join().unwrap()
+    });
+    assert!(learned.interrupted && learned.runs.len() < 1000);
+    let whole =
+        learn(&alpha(), &LearnRequest { runs: learned.runs.len().max(2).try_into().unwrap(), ..request }).unwrap();
+    assert!(learned.runs.iter().zip(&whole.runs).all(|(a, b)| a == b));
 }
 
 #[test]

@@ -4,6 +4,8 @@
 mod common;
 
 use std::fs;
+use std::process::{Command as Process, Stdio};
+use std::time::Duration;
 
 use common::Folder;
 use predicates::prelude::*;
@@ -126,6 +128,8 @@ fn bad_input_is_told() {
         ("measure circle alpha --radius-mm 0", "radius_mm = 0 is out of range"),
         ("measure circle alpha --radius-mm 0.1", "control periods"),
         ("measure circle alpha --centre-mm 3", "takes two numbers"),
+        ("measure circle alpha --centre-mm 1e9,0", "centre_mm = 1e9 is out of range"),
+        ("measure circle alpha --radius-mm 1e300", "radius_mm = 1e300 is out of range"),
         ("measure circle alpha --turns 0", "turns = 0 is out of range"),
         ("measure response alpha --high-hz 900", "high_hz = 900 is out of range"),
         ("measure response alpha --points 1", "points = 1 is out of range"),
@@ -135,10 +139,44 @@ fn bad_input_is_told() {
         ("learn alpha --gain 2", "from 2 on it would grow"),
         ("learn alpha --gain -0.5", "gain = -0.5 is out of range"),
         ("learn alpha --runs 1", "runs = 1 is out of range"),
+        ("learn alpha --cutoff-hz 1e-9", "one period in the whole run"),
         ("learn alpha --cutoff-hz 600", "cutoff_hz = 600 is out of range"),
     ] {
         folder.servosim(command).assert().code(2).stdout("").stderr(contains(told));
     }
     assert!(!folder.path("output").exists());
-    folder.servosim("learn alpha --set control.delay_samples=1").assert().code(1).stderr(contains("is not stable"));
+    folder.servosim("learn alpha --set control.delay_samples=1").assert().code(3).stderr(contains("is not stable"));
+    folder
+        .servosim("learn alpha --runs 2 -q --set axes.x.effects.delay.samples=3")
+        .assert()
+        .code(3)
+        .stderr(contains("lock"));
+    folder
+        .servosim("measure circle alpha --feed-mm-s 400 --plots none -q")
+        .assert()
+        .code(3)
+        .stdout("")
+        .stderr(contains("locked up"));
+}
+
+/// Each says that it was interrupted, and ends with 1.
+#[cfg(unix)]
+#[test]
+fn an_interrupt_is_answered() {
+    let folder = Folder::new();
+    let long = [
+        "measure response alpha --points 1000 --low-hz 0.002 --high-hz 0.003",
+        "compare alpha --set control.settling_s=9000",
+        "learn alpha --runs 1000 --set control.settling_s=900",
+    ];
+    let children =
+        long.map(|command| folder.process(command).stderr(Stdio::piped()).stdout(Stdio::null()).spawn().unwrap());
+    std::thread::sleep(Duration::from_secs(2));
+    for (child, command) in children.into_iter().zip(long) {
+        assert!(Process::new("kill").args(["-s", "INT", &child.id().to_string()]).status().unwrap().success());
+        let output = child.wait_with_output().unwrap();
+        let stderr = String::from_utf8_lossy(&output.stderr);
+        assert_eq!(output.status.code(), Some(1), "{command}: {stderr}");
+        assert!(stderr.contains("interrupted"), "{command}: {stderr}");
+    }
 }

@@ -45,7 +45,7 @@ fn every_scenario_of_a_folder_is_held_to_its_limits() {
         .stdout(contains("\ns/a good.toml         contour_error_um  kept    27.027     30  9.9 % to spare\n"))
         .stdout(contains("\ns/b tight <&'\">.toml  contour_error_um  BROKEN  27.027     20  over by 35.1 %\n"))
         .stdout(contains("\n                      voltage_v         BROKEN  3.5111      3  over by 17.0 %\n"))
-        .stdout(contains("\n                      axis y LOCKED UP: saturated since"))
+        .stdout(contains("\n                      axis y LOCKED UP: saturating since"))
         .stdout(contains("\ns/d wrong.toml        CANNOT BE USED\ns/e none.toml         no limits\n"))
         .stdout(ends_with("\n5 scenarios: 2 passed, 1 broke a limit, 1 locked up, 1 cannot be used\n"))
         .stderr(contains("--> s/d wrong.toml:").and(ends_with("error: 1 of 5 scenarios cannot be used\n")));

@@ -2,16 +2,19 @@
 
 use std::fmt::Write as _;
 use std::path::PathBuf;
+use std::sync::atomic::AtomicBool;
 
 use clap::{Args, ValueEnum};
 use servosim::comparison::{Cell, Column, Comparison};
+use servosim::limits::AXIS_NAMES;
 use servosim::recording::{Facts, Recorder};
 use servosim::report;
 use servosim::scenario::{Document, Scenario};
 use servosim::servo::ControllerKind;
-use servosim::simulation::Observer;
+use servosim::simulation::{Observer, SimulationError};
 
-use super::output::{OutputArgs, figure, make_folder, printable};
+use super::output::{OutputArgs, figure, make_folder, note, printable};
+use super::run::stop_flag;
 use super::{CliError, Outcome, plot};
 
 /// Most columns of a table.
@@ -26,8 +29,9 @@ Examples:
   servosim compare alpha-real --gains output/alpha-tuned.toml     do tuned gains stand the drive as it is?
 
 Rows are what the drives do: the model alone, each effect of the scenario alone, all of them, all with its remedies. Columns are
-how the axes are controlled. A cell is the largest contouring error of a whole run. The runs of the last row are laid over each other
-in plots.")]
+how the axes are controlled. A cell is the largest contouring error of a whole run; Δ is the largest difference of the contouring error
+from that of the model alone, at the same time: what the drives add. The runs of the last row are laid over each other in plots.
+Exits with 3 if an axis locks up or a loop diverges in any run, or if a run of the last row breaks a limit of the scenario.")]
 pub(crate) struct CompareArgs {
     /// Scenario file, or name of a built-in scenario
     scenario: String,
@@ -75,6 +79,27 @@ pub(crate) fn run(args: &CompareArgs) -> Result<Outcome, CliError> {
         document.set(key_value)?;
     }
     let scenario = document.scenario()?;
+    let columns = columns(args)?;
+    let stop = stop_flag();
+    let comparison = Comparison::until(&stop, &scenario, &columns)?
+        .ok_or(CliError::Stopped("the comparison was done; nothing was written"))?;
+    let written = plots(args, &scenario, &columns, &stop);
+    args.out.print.show(&comparison, || table(&comparison) + &remarks(&scenario, &columns, &comparison))?;
+    let written = written?;
+    if !written.is_empty() {
+        args.out.print.note(&plot::wrote(&written));
+    }
+    if !comparison.is_broken() {
+        return Ok(Outcome::Fine);
+    }
+    if args.out.print.has_no_table() {
+        note(&broken(&comparison).join("\n"));
+    }
+    Ok(Outcome::Broken)
+}
+
+/// The columns, each with a name of its own.
+fn columns(args: &CompareArgs) -> Result<Vec<Column>, CliError> {
     let mut columns: Vec<Column> = Vec::new();
     for kind in &args.controllers {
         let column = Column::Controller((*kind).into());
@@ -85,9 +110,27 @@ pub(crate) fn run(args: &CompareArgs) -> Result<Outcome, CliError> {
     if columns.is_empty() {
         columns.push(Column::Own);
     }
-    for name in &args.gains {
-        let other = Document::find(name)?.scenario()?;
-        columns.push(Column::Gains(other.name.clone(), other.axes.map(|axis| axis.pdff)));
+    let mut gains = Vec::new();
+    for typed in &args.gains {
+        let other = Document::find(typed)?.scenario()?;
+        gains.push((typed, other.name, other.axes.map(|axis| axis.pdff)));
+    }
+    let same = |a: &str, b: &str| a.to_lowercase() == b.to_lowercase();
+    for (typed, name, pdff) in &gains {
+        // Two files of one name are told apart by what was typed.
+        let is_own = gains.iter().filter(|(_, other, _)| same(other, name)).count() == 1
+            && !columns.iter().any(|column| same(column.name(), name));
+        let name = if is_own { name } else { typed.strip_suffix(".toml").unwrap_or(typed) };
+        let column = Column::Gains(name.to_owned(), *pdff);
+        if columns.contains(&column) {
+            continue;
+        }
+        let taken = |name: &str| columns.iter().any(|column| same(column.name(), name));
+        let numbered = (2..columns.len() + 3).map(|n| format!("{name} ({n})")).find(|name| !taken(name));
+        columns.push(match numbered {
+            Some(numbered) if taken(name) => Column::Gains(numbered, *pdff),
+            _ => column,
+        });
     }
     if columns.len() > MOST_COLUMNS {
         return Err(CliError::Usage(format!(
@@ -95,36 +138,118 @@ pub(crate) fn run(args: &CompareArgs) -> Result<Outcome, CliError> {
             columns.len()
         )));
     }
-    let comparison = Comparison::of(&scenario, &columns)?;
-    let written = if args.out.plots.format().is_some() { plots(args, &scenario, &columns) } else { Ok(Vec::new()) };
-    args.out.print.show(&comparison, || table(&comparison))?;
-    let written = written?;
-    if !written.is_empty() {
-        args.out.print.note(&plot::wrote(&written));
+    Ok(columns)
+}
+
+/// What files of a column are called, each another.
+fn stems(scenario: &Scenario, columns: &[Column]) -> Vec<String> {
+    let mut stems: Vec<String> = Vec::new();
+    for column in columns {
+        let name: Vec<char> = column.name().chars().map(|c| if c.is_alphanumeric() { c } else { '-' }).collect();
+        // A typed path may be long: its end tells more than its beginning.
+        let of: String = name[name.len().saturating_sub(60)..].iter().collect();
+        let plain = format!("{}-{}", scenario.name, of.trim_matches('-'));
+        let mut stem = plain.clone();
+        let mut number = 2;
+        while stems.iter().any(|other| other.to_lowercase() == stem.to_lowercase()) {
+            stem = format!("{plain}-{number}");
+            number += 1;
+        }
+        stems.push(stem);
     }
-    Ok(Outcome::Fine)
+    stems
 }
 
 /// The whole scenario in every column, laid over each other.
-fn plots(args: &CompareArgs, scenario: &Scenario, columns: &[Column]) -> Result<Vec<PathBuf>, CliError> {
+fn plots(
+    args: &CompareArgs,
+    scenario: &Scenario,
+    columns: &[Column],
+    stop: &AtomicBool,
+) -> Result<Vec<PathBuf>, CliError> {
     let Some(format) = args.out.plots.format() else { return Ok(Vec::new()) };
     make_folder(&args.out.folder)?;
     let mut written = Vec::new();
     let mut runs = Vec::new();
-    for column in columns {
+    for (column, stem) in columns.iter().zip(stems(scenario, columns)) {
         let mut variant = column.of(scenario);
-        let of: String = column.name().chars().map(|c| if c.is_alphanumeric() { c } else { '-' }).collect();
-        variant.name = format!("{}-{of}", scenario.name);
+        variant.name = stem;
         let path = args.out.folder.join(format!("{}.mcap", variant.name));
         let mut recorder = Recorder::create(&path, Facts::new(&variant.name, &variant.source))?;
         let mut observers: Vec<&mut dyn Observer<2>> = vec![&mut recorder];
-        let summary = variant.run(&mut observers)?;
+        let summary = match variant.run_until(Some(stop), &mut observers) {
+            Ok(summary) => summary,
+            // The table says so.
+            Err(SimulationError::Diverged { .. }) => continue,
+            Err(error) => return Err(error.into()),
+        };
+        if !summary.complete {
+            return Err(CliError::Stopped("the plots were drawn; the table is whole"));
+        }
         recorder.finish(&summary)?;
-        runs.push(plot::load(&path, None)?);
+        let mut data = plot::load(&path, Some(stop))?;
+        if columns.len() > 1 {
+            column.name().clone_into(&mut data.facts_mut().name);
+        }
+        runs.push(data);
         written.push(path);
     }
-    written.extend(report::write_all(&runs, &args.out.folder, &format!("{}-compared", scenario.name), format)?);
+    if !runs.is_empty() {
+        written.extend(report::write_all(&runs, &args.out.folder, &format!("{}-compared", scenario.name), format)?);
+    }
     Ok(written)
+}
+
+/// What a person should know beside the table.
+fn remarks(scenario: &Scenario, columns: &[Column], comparison: &Comparison) -> String {
+    let mut out = String::new();
+    // Writing to a string does not fail.
+    for line in broken(comparison) {
+        let _ = writeln!(out, "\n  {line}");
+    }
+    for column in columns {
+        let without: Vec<&str> = (0..2)
+            .filter(|&axis| scenario.drives[axis].zero_phase && !column.of(scenario).drives[axis].zero_phase)
+            .map(|axis| AXIS_NAMES[axis])
+            .collect();
+        if !without.is_empty() {
+            let _ = writeln!(
+                out,
+                "\n  {}: without the zero-phase tracking of {}, which undoes the PDFF loop",
+                printable(column.name()),
+                without.join(" and ")
+            );
+        }
+    }
+    if comparison.lines.len() == 1 && columns.len() == 1 {
+        out.push_str(
+            "\n  nothing to compare: the axes are what their models say. See `servosim compare alpha-real` for drives as they are; \
+             or give\n  --controllers pdff,p-pi,pid,cascade, or --gains SCENARIO\n",
+        );
+    }
+    out
+}
+
+/// What makes the program exit with 3.
+fn broken(comparison: &Comparison) -> Vec<String> {
+    let mut out = Vec::new();
+    for (k, column) in comparison.columns.iter().enumerate() {
+        let column = printable(column);
+        let of = |pick: &dyn Fn(&Option<Cell>) -> bool| -> Vec<&str> {
+            let lines = comparison.lines.iter().filter(|line| line.runs.get(k).is_some_and(pick));
+            lines.map(|line| line.drives.as_str()).collect()
+        };
+        let lost = of(&|run| run.is_none_or(|cell| cell.locked_up));
+        if !lost.is_empty() {
+            out.push(format!("{column}: locked up or diverged with {}", lost.join(", ")));
+        } else if let Some(Some(Some(cell))) = comparison.lines.last().map(|line| line.runs.get(k))
+            && !cell.passed
+        {
+            let last = comparison.lines.last().map_or("", |line| line.drives.as_str());
+            out.push(format!("{column}: breaks a limit of the scenario ({last}); `servosim run` tells which"));
+        }
+    }
+    out
 }
 
 /// The table for people, ending in a newline.
@@ -134,29 +259,47 @@ pub(crate) fn table(comparison: &Comparison) -> String {
     out
 }
 
-/// Largest contouring errors, line by line.
+/// Largest contouring errors, line by line, and how far each is from the model's.
 pub(crate) fn errors(out: &mut String, comparison: &Comparison) {
     let cell = |cell: &Option<Cell>| match cell {
         None => "diverged".to_owned(),
         Some(cell) if cell.locked_up => format!("{} locked", figure(cell.max_contour_error_um, 4)),
         Some(cell) => figure(cell.max_contour_error_um, 4),
     };
-    let widths: Vec<usize> = (0..comparison.columns.len())
-        .map(|k| {
-            let cells = comparison.lines.iter().filter_map(|line| line.runs.get(k)).map(|run| cell(run).len());
-            cells.chain([comparison.columns[k].chars().count()]).max().unwrap_or(0)
-        })
-        .collect();
-    let head = "max contouring error";
-    let mut line = |label: &str, cells: &mut dyn Iterator<Item = String>| {
-        let _ = write!(out, "  {label:<20}");
-        for (text, width) in cells.zip(&widths) {
-            let _ = write!(out, "  {text:>width$}");
-        }
-        out.push_str(if label == head { "  µm\n" } else { "\n" });
+    let apart = |cell: &Option<Cell>| {
+        cell.and_then(|cell| cell.from_model_um).map_or_else(String::new, |apart| figure(apart, 3))
     };
-    line(head, &mut comparison.columns.iter().map(|name| printable(name)));
-    for row in &comparison.lines {
-        line(&row.drives, &mut row.runs.iter().map(cell));
+    // Where the model is all there is, there is nothing to be told from it.
+    let tells = comparison.lines.len() > 1;
+    let head = "max contouring error";
+    let mut rows = vec![(head, comparison.columns.iter().map(|name| (printable(name), "Δ".to_owned())).collect())];
+    for (i, row) in comparison.lines.iter().enumerate() {
+        let cells: Vec<(String, String)> =
+            row.runs.iter().map(|run| (cell(run), if i > 0 { apart(run) } else { String::new() })).collect();
+        rows.push((row.drives.as_str(), cells));
+    }
+    let width = |pick: &dyn Fn(&(String, String)) -> usize, k: usize| {
+        rows.iter().filter_map(|(_, cells): &(&str, Vec<(String, String)>)| cells.get(k)).map(pick).max().unwrap_or(0)
+    };
+    let widths: Vec<(usize, usize)> = (0..comparison.columns.len())
+        .map(|k| (width(&|(error, _)| error.chars().count(), k), width(&|(_, apart)| apart.chars().count(), k)))
+        .collect();
+    for (label, cells) in &rows {
+        let mut line = format!("  {label:<20}");
+        for ((error, apart), (left, right)) in cells.iter().zip(&widths) {
+            // Writing to a string does not fail.
+            let _ = write!(line, "  {error:>left$}");
+            if tells {
+                let _ = write!(line, "  {apart:>right$}");
+            }
+        }
+        line.push_str(if *label == head { "  µm" } else { "" });
+        let _ = writeln!(out, "{}", line.trim_end());
+    }
+    if tells {
+        out.push_str(
+            "\n  Δ: largest difference of the contouring error from the model's at the same time. An effect or a remedy may lower the\n  \
+             largest error where it works against the loop's own lag or lead, and raise it elsewhere: Δ is what it adds.\n",
+        );
     }
 }

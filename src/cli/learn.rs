@@ -3,11 +3,12 @@
 use std::fmt::Write as _;
 
 use clap::Args;
-use servosim::learning::{LearnRequest, Learned, learn};
+use servosim::learning::{LearnRequest, Learned, learn_until};
 use servosim::report;
 use servosim::scenario::Document;
 
 use super::output::{OutputArgs, figure, make_folder, note, printable};
+use super::run::stop_flag;
 use super::{CliError, Outcome, plot};
 
 /// Arguments of `servosim learn`.
@@ -19,7 +20,9 @@ Examples:
 
 Each run is corrected by what the one before has taught: the error, through the inverse of the axis' linear model and a low pass without
 phase. What was learned goes to NAME-learned.csv: for every sample, what to add to the position commands.
-Exits with 3 if learning diverges; the correction of the best run is written all the same.")]
+The best run is the one with the smallest tracking error (rms), which is what is learned from.
+Exits with 3 if learning diverges, an axis locks up or a loop is unstable; the correction of the best run is written all the same, as it
+is after Ctrl-C.")]
 pub(crate) struct LearnArgs {
     /// Scenario file, or name of a built-in scenario
     scenario: String,
@@ -47,22 +50,27 @@ pub(crate) fn run(args: &LearnArgs) -> Result<Outcome, CliError> {
     }
     let scenario = document.scenario()?;
     let request = LearnRequest { runs: args.runs, gain: args.gain, cutoff_hz: args.cutoff_hz };
-    let learned = learn(&scenario, &request)?;
+    let learned = learn_until(&stop_flag(), &scenario, &request)?;
+    if learned.runs.is_empty() {
+        return Err(CliError::Stopped("the first run was done; nothing was written"));
+    }
     args.out.print.show(&learned, || table(&learned))?;
-    if args.out.print.has_no_table()
-        && let Some(diverged) = &learned.diverged
-    {
-        note(diverged);
+    if args.out.print.has_no_table() {
+        let locked = learned.locked_up.then(|| "an axis locks up in the first run".to_owned());
+        learned.diverged.iter().chain(&locked).for_each(|text| note(text));
     }
     make_folder(&args.out.folder)?;
     let file = args.out.folder.join(format!("{}-learned.csv", scenario.name));
     report::write_file(&file, csv(&learned).as_bytes())?;
-    let mut written = vec![file];
+    let mut written = vec![file.clone()];
     if let Some(format) = args.out.plots.format() {
         written.extend(report::write_learning(&learned, &args.out.folder, &scenario.name, format)?);
     }
     args.out.print.note(&plot::wrote(&written));
-    Ok(if learned.diverged.is_some() { Outcome::Broken } else { Outcome::Fine })
+    if learned.interrupted {
+        return Err(CliError::LearningInterrupted { runs: learned.runs.len(), file });
+    }
+    Ok(if learned.diverged.is_some() || learned.locked_up { Outcome::Broken } else { Outcome::Fine })
 }
 
 /// The table for people.
@@ -89,6 +97,14 @@ fn table(learned: &Learned) -> String {
         );
     }
     let _ = writeln!(out, "                 µm        µm               µm        µm         V");
+    let smallest = learned.runs.iter().min_by(|a, b| a.max_contour_error_um.total_cmp(&b.max_contour_error_um));
+    if let Some(smallest) = smallest.filter(|run| run.run != learned.best_run) {
+        let _ = writeln!(
+            out,
+            "\n  best: by its tracking error (rms), which is what is learned from; the largest contouring error is smallest in run {}",
+            smallest.run
+        );
+    }
     for line in learned.diverged.iter().chain(&learned.warnings) {
         let _ = writeln!(out, "\n  {}", printable(line));
     }

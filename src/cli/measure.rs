@@ -4,13 +4,14 @@ use std::fmt::Write as _;
 
 use clap::{Args, Subcommand};
 use servosim::measure::{
-    AxisResponse, AxisSteps, CircleRequest, CircleTest, Direction, Response, ResponseRequest, StepRequest, Steps,
-    circle, response, step,
+    AxisResponse, AxisSteps, CircleRequest, CircleTest, Direction, Response, ResponseRequest, Spike, StepRequest,
+    Steps, circle, response, step,
 };
 use servosim::report;
 use servosim::scenario::{Document, Scenario};
 
 use super::output::{OutputArgs, figure, make_folder, note, printable, short};
+use super::run::end_when_interrupted;
 use super::{CliError, Outcome, analyze, plot};
 
 /// Arguments of `servosim measure`.
@@ -69,7 +70,8 @@ Examples:
 
 G: smallest distance of two concentric circles that hold the path of one direction; G(b): of both. F: radial deviation from the
 nominal circle. D: mean radius less the nominal one. H: largest radial distance of the two paths. A spike is what goes beyond the
-levels before and after a reversal; lost motion is their step.")]
+levels before and after a reversal (-: nothing that stands out of the ripple elsewhere); lost motion is their step.
+Exits with 3 if an axis locks up.")]
 struct CircleArgs {
     #[command(flatten)]
     common: Common,
@@ -143,6 +145,7 @@ struct StepArgs {
 
 /// Measures.
 pub(crate) fn run(args: &MeasureArgs) -> Result<Outcome, CliError> {
+    end_when_interrupted("error: interrupted before the measurement was done; nothing was written");
     match &args.kind {
         Kind::Circle(args) => {
             let scenario = args.common.scenario()?;
@@ -164,7 +167,14 @@ pub(crate) fn run(args: &MeasureArgs) -> Result<Outcome, CliError> {
                 &test,
                 || circle_table(&test),
                 |folder, format| report::write_circle(&test, folder, &scenario.name, format),
-            )
+            )?;
+            if !test.locked_up {
+                return Ok(Outcome::Fine);
+            }
+            if args.common.out.print.has_no_table() {
+                note(&test.warnings.join("\n"));
+            }
+            Ok(Outcome::Broken)
         }
         Kind::Response(args) => {
             let scenario = args.common.scenario()?;
@@ -283,8 +293,10 @@ fn circle_table(test: &CircleTest) -> String {
     for quadrant in 0..4 {
         let Some(spike) = test.directions[0].spikes.get(quadrant) else { continue };
         let label = format!("spike at {}° ({} turns back)", spike.at_deg, spike.axis.to_uppercase());
-        table.row(&label, &both(&|d| f(d.spikes[quadrant].height_um)), "µm");
+        let height = |spike: &Spike| if spike.clear { f(spike.height_um) } else { "-".to_owned() };
+        table.row(&label, &both(&|d| height(&d.spikes[quadrant])), "µm");
     }
+    table.row("ripple between reversals", &both(&|d| f(d.ripple_um)), "µm");
     table.text.push('\n');
     for (label, value, remark) in [
         ("bidirectional deviation G(b)", test.bidirectional_deviation_um, String::new()),

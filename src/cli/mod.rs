@@ -194,6 +194,17 @@ pub(crate) enum CliError {
         /// The recording.
         recording: PathBuf,
     },
+    /// The user stopped it.
+    #[error("interrupted before {0}")]
+    Stopped(&'static str),
+    /// The user stopped the learning.
+    #[error("interrupted after {runs} runs; the correction of the best one is in {}", file.display())]
+    LearningInterrupted {
+        /// How many are whole.
+        runs: usize,
+        /// What was learned.
+        file: PathBuf,
+    },
     /// A sweep could not be set up, computed or written.
     #[error(transparent)]
     Sweep(SweepError),
@@ -297,7 +308,15 @@ impl CliError {
             | Self::Report(ReportError::Stem { .. })
             | Self::Read(ReadError::Open { .. } | ReadError::Folder { .. })
             | Self::Recording(RecordingError::Occupied { .. } | RecordingError::Folder { .. }) => 2,
-            Self::NothingAllowed(_) | Self::Measure(MeasureError::Unstable { .. } | MeasureError::Diverged { .. }) => 3,
+            Self::NothingAllowed(_)
+            | Self::Simulation(SimulationError::Diverged { .. })
+            | Self::Run { source: SimulationError::Diverged { .. }, .. }
+            | Self::Measure(
+                MeasureError::Unstable { .. }
+                | MeasureError::Diverged { .. }
+                | MeasureError::Simulation(SimulationError::Diverged { .. }),
+            )
+            | Self::Learn(LearnError::Unstable { .. } | LearnError::Simulation(SimulationError::Diverged { .. })) => 3,
             _ => 1,
         }
     }

@@ -193,7 +193,7 @@ fn compared(part: &Part, nominal: &DeviationMap, as_cut: &DeviationMap) -> PartP
 fn part_of(args: &RunArgs, file: &Path) -> Result<(Part, bool), CliError> {
     let beside = file.with_extension("part.toml");
     let (mut document, comes_alone) = match &args.part {
-        Some(name) => (Document::find(name)?, false),
+        Some(name) => (Document::find_part(name)?, false),
         None if beside.is_file() => (Document::read(&beside)?, false),
         None => (Document::find(&format!("{DEFAULT_PART}.toml"))?, true),
     };

@@ -27,6 +27,14 @@ Examples:
   servosim run heart --format json --plots none
   servosim run output/patch.nc
 
+What the drives do beside their models is switched on in the scenario, a table each:
+  [axes.x.effects]     mismatch, encoder, noise, delay, dac, current_loop, two_mass, friction,
+                       backlash, pitch, ripple, force
+  [axes.x.remedies]    notch, low_pass, acceleration, friction, backlash, pitch, zero_phase
+  [axes.x.controller]  p_pi, pid, cascade
+  [control.cross_coupling], and [[feedrate.override]], which turns the feed during the run
+`servosim schema` lists every key. A scenario with effects gets a table of what each costs.
+
 SCENARIO is looked for as a file, then in the folder scenarios, then among the built-in ones (alpha, alpha-real, heart, star).
 A name that ends in .nc (.ngc .mpf .tap .gcode …) is an NC program: it runs on the machine of its part, PROGRAM.part.toml beside
 it (`servosim toolpath` writes both), and the part that it would cut is compared with the surface.")]
@@ -90,7 +98,7 @@ pub(crate) fn run(args: &RunArgs) -> Result<Outcome, CliError> {
     let ending = simulation.run(&scenario.limits, Some(&stop), &mut observers)?;
     progress.finish();
     let summary = figures.summary();
-    let effects = effects(&scenario);
+    let effects = effects(&scenario, &stop);
     let show = || args.out.print.show(&summary, || table::table(&summary) + &effects);
     if ending == Ending::Interrupted {
         let recording = recorder.interrupted(&summary)?.path.unwrap_or(path);
@@ -122,12 +130,12 @@ pub(crate) fn run(args: &RunArgs) -> Result<Outcome, CliError> {
 }
 
 /// What each effect of the drives costs, where they are more than their models.
-fn effects(scenario: &Scenario) -> String {
+fn effects(scenario: &Scenario, stop: &AtomicBool) -> String {
     let few = scenario.simulation().is_ok_and(|simulation| simulation.samples() <= MOST_COMPARED);
     if scenario.is_model() || !few {
         return String::new();
     }
-    Comparison::of(scenario, &[Column::Own]).map_or(String::new(), |comparison| {
+    Comparison::until(stop, scenario, &[Column::Own]).ok().flatten().map_or(String::new(), |comparison| {
         let mut out = "\n".to_owned();
         compare::errors(&mut out, &comparison);
         out
@@ -168,4 +176,13 @@ pub(crate) fn stop_flag() -> Arc<AtomicBool> {
         }
     });
     flag
+}
+
+/// Ctrl-C ends the program at once, with a word: for what leaves nothing half done.
+pub(crate) fn end_when_interrupted(word: &'static str) {
+    // Without a handler Ctrl-C just ends the program.
+    let _ = ctrlc::set_handler(move || {
+        note(word);
+        std::process::exit(1);
+    });
 }

@@ -34,7 +34,7 @@ pub(crate) struct ToolpathArgs {
 
 /// Plans, writes, checks and draws.
 pub(crate) fn run(args: &ToolpathArgs) -> Result<Outcome, CliError> {
-    let mut document = Document::find(&args.part)?;
+    let mut document = Document::find_part(&args.part)?;
     for key_value in &args.set {
         document.set(key_value)?;
     }

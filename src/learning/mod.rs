@@ -29,15 +29,17 @@
 mod spectrum;
 
 use std::sync::Arc;
+use std::sync::atomic::AtomicBool;
 
 use nalgebra::{Complex, SVector, Vector1, Vector2};
 use serde::Serialize;
 
+use crate::diagnostics::readable;
 use crate::limits::AXIS_NAMES;
 use crate::scenario::Scenario;
 use crate::servo::remedies::Remedies;
 use crate::servo::{Axis, AxisParameters, Demand, RealDrive, ServoError};
-use crate::simulation::{Period, SimulationError, shift};
+use crate::simulation::{Ending, Period, SimulationError, shift};
 use crate::summary::Summary;
 use spectrum::Transform;
 
@@ -48,7 +50,7 @@ pub struct LearnRequest {
     pub runs: u32,
     /// Learning gain `γ`, above 0 and below 2.
     pub gain: f64,
-    /// Cutoff `f_c` of the low pass \[Hz\], at most the Nyquist frequency; by default a quarter of the bandwidth of the slower axis' response, at
+    /// Cutoff `f_c` of the low pass \[Hz\], from one period in the run to the Nyquist frequency; by default a quarter of the bandwidth of the slower axis' response, at
     /// most a tenth of the Nyquist frequency: a twentieth of the sampling rate.
     pub cutoff_hz: Option<f64>,
 }
@@ -110,6 +112,10 @@ pub struct Learned {
     pub best_run: u32,
     /// Why learning was ended early: it diverged.
     pub diverged: Option<String>,
+    /// Whether an axis locks up in the first run.
+    pub locked_up: bool,
+    /// Whether learning was stopped: there are the runs up to then.
+    pub interrupted: bool,
     /// In words, for a person.
     pub warnings: Vec<String>,
     /// The corrections of the best run, sample by sample \[mm\]: for [`Simulation::with_corrections`](crate::simulation::Simulation::with_corrections).
@@ -122,7 +128,7 @@ pub struct Learned {
 #[non_exhaustive]
 pub enum LearnError {
     /// What is asked for cannot be.
-    #[error("{name} = {value} is out of range: it must be {needed}")]
+    #[error("{name} = {} is out of range: it must be {needed}", readable(*value))]
     Request {
         /// The value, with its unit.
         name: &'static str,
@@ -177,6 +183,14 @@ const SETTLED: f64 = 1e-9;
 /// A request out of its range, a first run that fails, a loop that is not stable. Learning that diverges is no error:
 /// [`Learned::diverged`] tells why.
 pub fn learn(scenario: &Scenario, request: &LearnRequest) -> Result<Learned, LearnError> {
+    learn_until(&AtomicBool::new(false), scenario, request)
+}
+
+/// As [`learn`], but ends early, with the runs that it has (none, if it is the first one that is stopped), when `stop` is raised.
+///
+/// # Errors
+/// As [`learn`].
+pub fn learn_until(stop: &AtomicBool, scenario: &Scenario, request: &LearnRequest) -> Result<Learned, LearnError> {
     let settings = &scenario.settings;
     let nyquist_hz = 0.5 / settings.period_s;
     let refuse = |name, value, needed: String| Err(LearnError::Request { name, value, needed });
@@ -188,17 +202,20 @@ pub fn learn(scenario: &Scenario, request: &LearnRequest) -> Result<Learned, Lea
             "above 0 and below 2: each run multiplies the error by |1 - gain|, from 2 on it would grow".to_owned();
         return refuse("gain", request.gain, needed);
     }
-    if let Some(cutoff) = request.cutoff_hz
-        && !(cutoff > 0.0 && cutoff <= nyquist_hz)
-    {
-        return refuse("cutoff_hz", cutoff, format!("above 0 and at most {nyquist_hz} (the Nyquist frequency)"));
-    }
     let samples = scenario.simulation()?.samples();
     if samples > MAX_LEARNED_PERIODS {
         return Err(LearnError::TooLong { samples });
     }
+    let once_hz = 1.0 / (samples as f64 * settings.period_s);
+    if let Some(cutoff) = request.cutoff_hz
+        && !(once_hz.min(nyquist_hz)..=nyquist_hz).contains(&cutoff)
+    {
+        let (low, high) = (readable(once_hz), readable(nyquist_hz));
+        let needed = format!("from {low} (one period in the whole run) to {high} (the Nyquist frequency)");
+        return refuse("cutoff_hz", cutoff, needed);
+    }
     let learner = Learner::new(scenario, request, usize::try_from(samples).unwrap_or(usize::MAX))?;
-    learner.learn(scenario, request)
+    learner.learn(stop, scenario, request)
 }
 
 /// What is the same in all runs.
@@ -253,7 +270,7 @@ impl Learner {
         })
     }
 
-    fn learn(&self, scenario: &Scenario, request: &LearnRequest) -> Result<Learned, LearnError> {
+    fn learn(&self, stop: &AtomicBool, scenario: &Scenario, request: &LearnRequest) -> Result<Learned, LearnError> {
         let mut corrections: Arc<[Vector2<f64>]> = Arc::from([]);
         let mut out = Learned {
             scenario: scenario.name.clone(),
@@ -263,14 +280,19 @@ impl Learner {
             runs: Vec::new(),
             best_run: 1,
             diverged: None,
+            locked_up: false,
+            interrupted: false,
             warnings: Vec::new(),
             corrections_mm: corrections.clone(),
         };
         let mut best_um = f64::INFINITY;
-        let mut first_locked = false;
         for run in 1..=request.runs {
-            let (summary, errors) = match one_run(scenario, run, corrections.clone()) {
-                Ok(done) => done,
+            let (summary, errors) = match one_run(stop, scenario, run, corrections.clone()) {
+                Ok(Some(done)) => done,
+                Ok(None) => {
+                    out.interrupted = true;
+                    break;
+                }
                 Err(SimulationError::Diverged { time_s }) if run > 1 => {
                     out.diverged = Some(self.blame(request, run, &format!("the loop diverged at t = {time_s} s")));
                     break;
@@ -281,7 +303,7 @@ impl Learner {
             let rms_um = figures.rms_tracking_error_um;
             out.runs.push(figures);
             if run == 1 {
-                first_locked = summary.locked_up;
+                out.locked_up = summary.locked_up;
                 out.corrections_mm = vec![Vector2::zeros(); errors.len()].into();
             }
             if rms_um < best_um {
@@ -290,7 +312,7 @@ impl Learner {
                     out.corrections_mm = corrections.clone();
                 }
             }
-            if summary.locked_up && !first_locked {
+            if summary.locked_up && !out.locked_up {
                 out.diverged = Some(self.blame(request, run, "an axis locked up"));
                 break;
             }
@@ -312,7 +334,7 @@ impl Learner {
         {
             out.warnings.push("the learned corrections saturate the drives: lower the cutoff or the gain".to_owned());
         }
-        if first_locked {
+        if out.locked_up {
             out.warnings.push("an axis locks up in the first run: tune the loop before it learns".to_owned());
         }
         Ok(out)
@@ -358,12 +380,16 @@ impl Learner {
     }
 }
 
-/// Summary and errors, command less actual position \[mm\], of a run.
+/// Summary and errors, command less actual position \[mm\].
+type Run = (Summary, Vec<Vector2<f64>>);
+
+/// One run; nothing where it was stopped.
 fn one_run(
+    stop: &AtomicBool,
     scenario: &Scenario,
     run: u32,
     corrections: Arc<[Vector2<f64>]>,
-) -> Result<(Summary, Vec<Vector2<f64>>), SimulationError> {
+) -> Result<Option<Run>, SimulationError> {
     let mut repeated = scenario.clone();
     for noise in repeated.drives.iter_mut().filter_map(|drive| drive.effects.noise.as_mut()) {
         noise.seed = noise.seed.wrapping_add(u64::from(run - 1));
@@ -375,8 +401,8 @@ fn one_run(
     let mut errors: Vec<Vector2<f64>> = Vec::new();
     let mut summary = repeated.summary_observer();
     let mut note = |period: &Period<2>| errors.push(period.setpoint.position_mm - period.actual_mm);
-    simulation.run(&repeated.limits, None, &mut [&mut summary, &mut note])?;
-    Ok((summary.summary(), errors))
+    let ending = simulation.run(&repeated.limits, Some(stop), &mut [&mut summary, &mut note])?;
+    Ok((ending == Ending::Complete).then(|| (summary.summary(), errors)))
 }
 
 /// What the linear axis makes of a pulse of one sample of its position command, [`BEFORE`] samples after the first: until it has come to rest.

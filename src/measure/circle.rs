@@ -60,6 +60,9 @@ pub struct Spike {
     pub tip_deg: f64,
     /// Radial deviation of its tip \[µm\].
     pub tip_um: f64,
+    /// Whether it is one: half as high again as the ripple of the path between reversals at least. What is lower, or what a loop does that
+    /// has lost its track, is no work of the reversal.
+    pub clear: bool,
 }
 
 /// The actual path in one direction.
@@ -85,6 +88,8 @@ pub struct Direction {
     pub radial_min_at_deg: f64,
     /// Lost motion of X and of Y: how far the table is behind after a reversal beside before \[µm\].
     pub lost_motion_um: [f64; 2],
+    /// Ripple: largest distance from the fit between reversals \[µm\].
+    pub ripple_um: f64,
     /// At the four reversals, by angle.
     pub spikes: [Spike; 4],
     /// The path, in the order of travel.
@@ -115,6 +120,8 @@ pub struct CircleTest {
     pub hysteresis_um: f64,
     /// Its polar angle \[deg\].
     pub hysteresis_at_deg: f64,
+    /// Whether an axis locked up: the figures are those of a limit cycle.
+    pub locked_up: bool,
     /// In words, for a person.
     pub warnings: Vec<String>,
 }
@@ -128,6 +135,9 @@ const LEAST_PERIODS: f64 = 72.0;
 /// So far after a reversal a spike is looked for; the levels before and after are fitted to the rest \[deg\].
 const SPIKE_DEG: f64 = 30.0;
 
+/// A spike is as high as the ripple elsewhere by this factor.
+const CLEAR: f64 = 1.5;
+
 /// Runs a circle in both directions and tells how round it became: ISO 230-4, "Circular tests for numerically controlled machine tools",
 /// sections 3 and 4 (the hysteresis is that of its first edition, 1996).
 ///
@@ -139,7 +149,7 @@ const SPIKE_DEG: f64 = 30.0;
 /// ```
 ///
 /// with the commanded angle `φ`: offset and centre, the ellipse of unequal axes, and the lost motion `B` of each axis. It is fitted to the
-/// path more than 30° behind a reversal; a spike is what goes beyond it in these 30°.
+/// path more than 30° behind a reversal; a spike is what goes beyond it in these 30°, and beyond the ripple that there is elsewhere.
 ///
 /// # Errors
 /// A request out of its range, drives that cannot be simulated, a loop that diverges.
@@ -148,6 +158,9 @@ pub fn circle(scenario: &Scenario, request: &CircleRequest) -> Result<CircleTest
     within("radius_mm", radius_mm, 1e-3, 1e5)?;
     within("feed_mm_s", feed_mm_s, 1e-3, 1e5)?;
     within("start_deg", request.start_deg, -1e6, 1e6)?;
+    for centre_mm in request.centre_mm {
+        within("centre_mm", centre_mm, -1e8, 1e8)?;
+    }
     within("turns", f64::from(turns), 1.0, 100.0)?;
     let once = TAU * radius_mm / feed_mm_s / scenario.settings.period_s;
     if !(once >= LEAST_PERIODS) {
@@ -159,8 +172,9 @@ pub fn circle(scenario: &Scenario, request: &CircleRequest) -> Result<CircleTest
     let both = [turn(&idle, request, false)?, turn(&idle, request, true)?];
     let points: Vec<Point> = both.iter().flat_map(|run| run.samples.iter().map(|sample| sample.point)).collect();
     let (narrow, least) = (Zone::narrowest(&points, radius_mm), Zone::least_squares(&points, radius_mm));
-    let mut warnings = Vec::new();
+    let (mut warnings, mut locked_up) = (Vec::new(), false);
     for run in &both {
+        locked_up |= run.locked_up;
         warnings.extend(run.warning.iter().map(|text| format!("{}: {text}", name(run.clockwise))));
     }
     let directions = both.map(|run| figures(&run, radius_mm));
@@ -176,6 +190,7 @@ pub fn circle(scenario: &Scenario, request: &CircleRequest) -> Result<CircleTest
         mean_radial_deviation_um: um(least.mean_mm),
         hysteresis_um,
         hysteresis_at_deg,
+        locked_up,
         warnings,
     })
 }
@@ -196,6 +211,7 @@ struct Sample {
 struct Run {
     clockwise: bool,
     samples: Vec<Sample>,
+    locked_up: bool,
     warning: Option<String>,
 }
 
@@ -269,7 +285,8 @@ fn turn(scenario: &Scenario, request: &CircleRequest, clockwise: bool) -> Result
     };
     run.run(&Limits::default(), None, &mut [&mut gather])?;
     let saturated = (gather.saturated > 0).then(|| format!("saturated in {} samples", gather.saturated));
-    Ok(Run { clockwise, samples: gather.samples, warning: gather.lockup.or(saturated) })
+    let locked_up = gather.lockup.is_some();
+    Ok(Run { clockwise, samples: gather.samples, locked_up, warning: gather.lockup.or(saturated) })
 }
 
 /// Terms of the fit.
@@ -288,6 +305,7 @@ fn figures(run: &Run, radius_mm: f64) -> Direction {
     let (high, low) = (pick(|a, b| a > b), pick(|a, b| a < b));
     let turn = if run.clockwise { -1.0 } else { 1.0 };
     let fit = fitted(&run.samples, turn);
+    let ripple_um = um(ripple_mm(&run.samples, &fit, turn));
     Direction {
         clockwise: run.clockwise,
         circular_deviation_um: um(narrow.width_mm),
@@ -299,7 +317,9 @@ fn figures(run: &Run, radius_mm: f64) -> Direction {
         radial_min_um: low.deviation_um,
         radial_min_at_deg: low.angle_deg,
         lost_motion_um: [um(fit[5]), um(fit[6])],
-        spikes: spikes(&run.samples, &fit, turn),
+        ripple_um,
+        spikes: spikes(&run.samples, &fit, turn)
+            .map(|spike| Spike { clear: !run.locked_up && spike.height_um.abs() > CLEAR * ripple_um, ..spike }),
         trace,
     }
 }
@@ -342,6 +362,12 @@ fn fitted(samples: &[Sample], turn: f64) -> SVector<f64, TERMS> {
     normal.cholesky().map_or_else(SVector::zeros, |c| c.solve(&right))
 }
 
+/// Largest distance from the fit where it is fitted \[mm\].
+fn ripple_mm(samples: &[Sample], fit: &SVector<f64, TERMS>, turn: f64) -> f64 {
+    let between = samples.iter().filter(|sample| passed(sample.angle, turn).1 >= SPIKE_DEG);
+    between.map(|sample| (sample.point.out_mm - terms(sample.angle, turn).dot(fit)).abs()).fold(0.0, f64::max)
+}
+
 /// What goes beyond the fit behind each reversal.
 fn spikes(samples: &[Sample], fit: &SVector<f64, TERMS>, turn: f64) -> [Spike; 4] {
     let mut spikes = [0, 1, 2, 3].map(|quadrant| Spike {
@@ -351,6 +377,7 @@ fn spikes(samples: &[Sample], fit: &SVector<f64, TERMS>, turn: f64) -> [Spike; 4
         after_deg: 0.0,
         tip_deg: 90.0 * quadrant as f64,
         tip_um: 0.0,
+        clear: false,
     });
     for sample in samples {
         let (quadrant, since) = passed(sample.angle, turn);

@@ -30,6 +30,7 @@ pub use circle::{CircleRequest, CircleTest, Direction, Radial, Spike, circle};
 pub use response::{AxisResponse, Response, ResponsePoint, ResponseRequest, response};
 pub use step::{AxisSteps, RampFigures, Sampled, StepFigures, StepRequest, Steps, step};
 
+use crate::diagnostics::readable;
 use crate::feedrate::FeedrateError;
 use crate::path::PathError;
 use crate::scenario::Scenario;
@@ -41,7 +42,7 @@ use crate::simulation::SimulationError;
 #[non_exhaustive]
 pub enum MeasureError {
     /// What is asked for cannot be.
-    #[error("{name} = {value} is out of range: it must be {needed}")]
+    #[error("{name} = {} is out of range: it must be {needed}", readable(*value))]
     Request {
         /// The value asked for, with its unit.
         name: &'static str,
@@ -99,7 +100,8 @@ fn within(name: &'static str, value: f64, low: f64, high: f64) -> Result<f64, Me
     if (low..=high).contains(&value) {
         return Ok(value);
     }
-    Err(MeasureError::Request { name, value, needed: format!("a number from {low} to {high}") })
+    let needed = format!("a number from {} to {}", readable(low), readable(high));
+    Err(MeasureError::Request { name, value, needed })
 }
 
 /// The scenario without what happens in a cut only.

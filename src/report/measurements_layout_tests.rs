@@ -22,6 +22,7 @@ fn test(size: f64, samples: u32) -> CircleTest {
             after_deg: 2.0,
             tip_deg: 90.0 * q as f64 + 2.0,
             tip_um: 2.0 * size,
+            clear: q != 1,
         });
         Direction {
             clockwise,
@@ -34,6 +35,7 @@ fn test(size: f64, samples: u32) -> CircleTest {
             radial_min_um: -size,
             radial_min_at_deg: 0.0,
             lost_motion_um: [size; 2],
+            ripple_um: 0.1 * size,
             spikes,
             trace,
         }
@@ -49,6 +51,7 @@ fn test(size: f64, samples: u32) -> CircleTest {
         mean_radial_deviation_um: size,
         hysteresis_um: size,
         hysteresis_at_deg: 90.0,
+        locked_up: false,
         warnings: vec!["saturated in 3 samples".to_owned(); 2],
     }
 }
@@ -135,6 +138,8 @@ fn learned(size: f64, count: u32) -> Learned {
         runs: (1..=count).map(run).collect(),
         best_run: count,
         diverged: (count == 3).then(|| "learning diverges: the gain is too high".to_owned()),
+        locked_up: count == 3,
+        interrupted: false,
         warnings: Vec::new(),
         corrections_mm: (0..1000_u32)
             .map(|k| nalgebra::Vector2::new(size, -size) * (0.01 * f64::from(k)).sin())
@@ -144,6 +149,14 @@ fn learned(size: f64, count: u32) -> Learned {
 
 fn sheets() -> Vec<(String, Sheet)> {
     let mut sheets = Vec::new();
+    for after in [30.0, 43.0, 45.0, 47.0] {
+        // Tips beside the angles around the grid, on its edge.
+        let mut circles = test(1.0, 5000);
+        for spike in circles.directions.iter_mut().flat_map(|direction| &mut direction.spikes) {
+            spike.tip_deg = spike.at_deg + after;
+        }
+        sheets.push((format!("circle, tips {after}"), circle::sheet(&circles)));
+    }
     for size in [0.0, 1e-9, 1e-3, 1.0, 37.0, 1e6] {
         for samples in [0, 1, 2, 100, 5000] {
             sheets.push((format!("circle {size} {samples}"), circle::sheet(&test(size, samples))));

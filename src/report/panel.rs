@@ -254,6 +254,11 @@ impl Panel {
         self.busy.push(points);
     }
 
+    /// Text that labels do not lie on.
+    pub(super) fn keep_off(&mut self, text: Frame) {
+        self.taken.push(text);
+    }
+
     /// Whether a point of the sheet lies in the frame.
     pub(super) fn holds(&self, at: Px) -> bool {
         let Frame { left, right, top, bottom } = self.frame;

@@ -7,8 +7,8 @@ use toml::Spanned;
 use super::check_feed::{axis_limited, overridden};
 use super::diagnostics::Diagnostic;
 use super::file::{
-    RawAxis, RawControl, RawDerivative, RawDrive, RawExponent, RawFeedrate, RawLimits, RawPdff, RawPlant, RawProfile,
-    RawScenario,
+    RawAxis, RawControl, RawDerivative, RawDrive, RawExponent, RawFeedrate, RawLimits, RawOverride, RawPdff, RawPlant,
+    RawProfile, RawScenario,
 };
 use super::{FeedProfile, Scenario, check_drive, check_path};
 use crate::feedrate::{FeedrateError, Motion, Profile, optimize_n_c};
@@ -75,7 +75,14 @@ pub(super) fn scenario(raw: &RawScenario, default_name: &str, source: &str) -> R
 fn whole(error: &SimulationError, raw: &RawScenario) -> Diagnostic {
     let feed = raw.feedrate.feed_mm_s.span();
     let problem = Diagnostic::new(error.to_string());
+    // A change of the feed override that lets the run wait for it.
+    let at_s = |step: &&RawOverride| *step.at_s.get_ref();
+    let latest = raw.feedrate.feed_override.iter().max_by(|a, b| at_s(a).total_cmp(&at_s(b)));
+    let latest_s = latest.as_ref().map_or(0.0, at_s);
     match error {
+        SimulationError::TooLong { periods, period_s } if latest_s > 0.5 * *periods as f64 * period_s => problem
+            .at(latest.map_or(feed, |step| step.at_s.span()))
+            .help("give the time in seconds from the start of the run, such as 0.4, or raise `period_s`"),
         SimulationError::TooLong { .. } => {
             let place = raw.control.period_s.as_ref().map_or(feed, Spanned::span);
             problem.at(place).help("raise `period_s` or `feed_mm_s`, lower `settling_s`, or shorten the path")

@@ -21,18 +21,39 @@ use crate::servo::remedies::{
 };
 use crate::servo::{AxisParameters, ControllerGains, ControllerKind, LoopSettings, RealDrive, ServoError};
 
+/// A value of a table: what an error of the servo calls it, its key, and where it stands.
+struct Value {
+    name: &'static str,
+    key: &'static str,
+    span: Range<usize>,
+    /// What it may be here, in numbers.
+    bound: Option<String>,
+}
+
 /// Values of a table with their places: what an error of the servo is about.
 struct Places<'p> {
     within: String,
     table: Range<usize>,
-    values: Vec<(&'static str, Range<usize>)>,
+    values: Vec<Value>,
     problems: &'p mut Problems,
 }
 
 impl Places<'_> {
+    /// Notes the place of a value that errors call by `name`, and the file by `key`.
+    fn note(&mut self, name: &'static str, key: &'static str, span: Range<usize>) {
+        self.values.push(Value { name, key, span, bound: None });
+    }
+
+    /// Notes what a value may be here.
+    fn bound(&mut self, name: &str, bound: impl FnOnce() -> String) {
+        if let Some(value) = self.values.iter_mut().find(|value| value.name == name) {
+            value.bound = Some(bound());
+        }
+    }
+
     /// A value, its place noted.
     fn get(&mut self, name: &'static str, raw: &Spanned<f64>) -> f64 {
-        self.values.push((name, raw.span()));
+        self.note(name, name, raw.span());
         *raw.get_ref()
     }
 
@@ -40,15 +61,29 @@ impl Places<'_> {
         raw.map_or(default, |raw| self.get(name, raw))
     }
 
-    /// Tells an error where the value is that it names, or on the whole table.
+    /// Tells an error where the value is that it names, by its key, or on the whole table.
     fn tell(&mut self, error: &ServoError) {
-        let named = self.values.iter().find(|(name, _)| error.name.contains(name));
-        let span = named.map_or(self.table.clone(), |(_, span)| span.clone());
-        self.problems.push(
-            Diagnostic::new(format!("{}{error}", self.within))
-                .at(span)
-                .help("units are in the key's name; remove the table to switch this off"),
-        );
+        let ServoError { name, value, needed } = error;
+        let problem = match self.values.iter().find(|value| name.contains(value.name)) {
+            Some(Value { key, span, bound, .. }) => {
+                let message = format!("{}{key} = {value} is out of range: it must be {needed}", self.within);
+                let problem = Diagnostic::new(message).at(span.clone());
+                bound.iter().fold(problem, |problem, bound| problem.note(bound.clone()))
+            }
+            None => Diagnostic::new(format!("{}{error}", self.within)).at(self.table.clone()),
+        };
+        self.problems.push(problem.help("units are in the key's name; remove the table to switch this off"));
+    }
+
+    /// A key that has no part in what is chosen.
+    fn idle<T>(&mut self, key: &str, raw: Option<&Spanned<T>>, with: &str) {
+        if let Some(raw) = raw {
+            self.problems.push(
+                Diagnostic::new(format!("{}`{key}` does nothing with {with}", self.within))
+                    .at(raw.span())
+                    .help("remove the line, or choose what it belongs to"),
+            );
+        }
     }
 
     fn check<T>(mut self, value: T, check: impl FnOnce(&T) -> Result<(), ServoError>) -> Option<T> {
@@ -60,6 +95,12 @@ impl Places<'_> {
             }
         }
     }
+}
+
+/// A frequency for a message, rounded down so that it may be typed.
+fn hz(frequency_hz: f64) -> String {
+    let digits = if frequency_hz >= 100.0 { 10.0 } else { 1000.0 };
+    format!("{} Hz", (frequency_hz * digits).floor() / digits)
 }
 
 /// Checks one axis beyond its model. `index` keeps the noise of the axes apart.
@@ -147,10 +188,11 @@ fn controller(
         // `like` gives the kind that it is asked for.
         (_, own) => own,
     };
+    at.bound("filter_hz", || format!("here at most {}", hz(0.5 / settings.period_s)));
     let checked = at.check(gains, |gains| match gains {
         ControllerGains::Pdff => Ok(()),
         ControllerGains::PPi(gains) => gains.check(),
-        ControllerGains::Pid(gains) => gains.check(),
+        ControllerGains::Pid(gains) => gains.check(settings.period_s),
         ControllerGains::Cascade(gains) => gains.check(),
     });
     checked.unwrap_or_default()
@@ -193,11 +235,32 @@ fn electronics(
     if let Some(raw) = &raw.encoder {
         let mut at = places(within, raw, problems);
         let raw = raw.get_ref();
-        let hz = at.or("bandwidth_hz", raw.velocity_hz.as_ref(), 200.0);
-        if let Some(raw) = &raw.velocity_hz {
-            at.values.push(("corner_hz", raw.span()));
+        let period_s = settings.period_s;
+        let damping = raw.velocity_damping.as_ref().map_or(1.0, |raw| *raw.get_ref());
+        if let Some(raw) = &raw.velocity_damping {
+            at.note("damping", "velocity_damping", raw.span());
         }
-        let damping = at.or("damping", raw.velocity_damping.as_ref(), 1.0);
+        let highest = VelocityEstimate::observer_below_hz(damping, period_s);
+        let (chosen, default) = match raw.velocity {
+            Some(RawVelocity::Observer) => ("observer", f64::min(200.0, 0.5 * highest)),
+            Some(RawVelocity::LowPass) => ("low_pass", f64::min(200.0, 0.2 / period_s)),
+            Some(RawVelocity::Difference) => ("difference", 200.0),
+            Some(RawVelocity::Tachometer) | None => ("tachometer", 200.0),
+        };
+        let with = format!("velocity = \"{chosen}\"");
+        if chosen != "observer" {
+            at.idle("velocity_damping", raw.velocity_damping.as_ref(), &with);
+        }
+        if chosen != "observer" && chosen != "low_pass" {
+            at.idle("velocity_hz", raw.velocity_hz.as_ref(), &with);
+        }
+        let frequency_hz = raw.velocity_hz.as_ref().map_or(default, |raw| *raw.get_ref());
+        if let Some(raw) = &raw.velocity_hz {
+            at.note("bandwidth_hz", "velocity_hz", raw.span());
+            at.bound("bandwidth_hz", || format!("with this damping and period_s: below {}", hz(highest)));
+            at.note("corner_hz", "velocity_hz", raw.span());
+            at.bound("corner_hz", || format!("here at most {}", hz(0.5 / period_s)));
+        }
         let encoder = Encoder {
             place: match raw.place {
                 Some(RawPlace::Table) => EncoderPlace::Table,
@@ -207,11 +270,11 @@ fn electronics(
             velocity: match raw.velocity {
                 Some(RawVelocity::Tachometer) | None => VelocityEstimate::Tachometer,
                 Some(RawVelocity::Difference) => VelocityEstimate::Difference,
-                Some(RawVelocity::LowPass) => VelocityEstimate::LowPass { corner_hz: hz },
-                Some(RawVelocity::Observer) => VelocityEstimate::Observer { bandwidth_hz: hz, damping },
+                Some(RawVelocity::LowPass) => VelocityEstimate::LowPass { corner_hz: frequency_hz },
+                Some(RawVelocity::Observer) => VelocityEstimate::Observer { bandwidth_hz: frequency_hz, damping },
             },
         };
-        out.encoder = at.check(encoder, |encoder| encoder.check(settings.period_s));
+        out.encoder = at.check(encoder, |encoder| encoder.check(period_s));
     }
     if let Some(raw) = &raw.noise {
         let mut at = places(within, raw, problems);
@@ -228,7 +291,7 @@ fn electronics(
     if let Some(raw) = &raw.dac {
         let mut at = places(within, raw, problems);
         let bits = &raw.get_ref().bits;
-        at.values.push(("bits", bits.span()));
+        at.note("bits", "bits", bits.span());
         // What does not fit is out of range in any case.
         let dac = Dac { bits: u32::try_from(*bits.get_ref()).unwrap_or(u32::MAX) };
         out.dac = at.check(dac, Dac::check);
@@ -268,10 +331,21 @@ fn mechanics(
     if let Some(raw) = &raw.friction {
         let mut at = places(within, raw, problems);
         let mut curve = |coulomb_nm, static_nm: &Option<_>, stribeck_mm_s: &Option<_>, viscous_nm_s_rad: &Option<_>| {
-            let coulomb_nm = at.get("coulomb_nm", coulomb_nm);
+            let value = at.get("coulomb_nm", coulomb_nm);
+            if static_nm.is_none() {
+                at.note("static_nm", "coulomb_nm", coulomb_nm.span());
+            }
+            let coulomb_nm = value;
+            let static_nm = at.or("static_nm", static_nm.as_ref(), coulomb_nm);
+            let most_nm = drive.voltage_limit_v / drive.torque_to_voltage_v_nm;
+            at.bound("static_nm", || {
+                format!(
+                    "at its voltage limit the drive gives voltage_limit_v / torque_to_voltage_v_nm = {most_nm:.4} N m"
+                )
+            });
             Coulomb {
                 coulomb_nm,
-                static_nm: at.or("static_nm", static_nm.as_ref(), coulomb_nm),
+                static_nm,
                 stribeck_mm_s: at.or("stribeck_mm_s", stribeck_mm_s.as_ref(), 1.0),
                 viscous_nm_s_rad: at.or("viscous_nm_s_rad", viscous_nm_s_rad.as_ref(), 0.0),
             }
@@ -301,7 +375,7 @@ fn mechanics(
 fn disturbances(within: &str, raw: &RawEffects, out: &mut Effects, problems: &mut Problems) {
     if let Some(raw) = &raw.ripple {
         let mut at = places(within, raw, problems);
-        at.values.push(("harmonics", raw.get_ref().harmonics.span()));
+        at.note("harmonics", "number of harmonics", raw.get_ref().harmonics.span());
         let harmonics = raw.get_ref().harmonics.get_ref().iter();
         let ripple = TorqueRipple {
             harmonics: harmonics
@@ -319,18 +393,26 @@ fn disturbances(within: &str, raw: &RawEffects, out: &mut Effects, problems: &mu
             .zip(&ripple.harmonics)
             .find(|(_, harmonic)| TorqueRipple { harmonics: vec![**harmonic] }.check().is_err());
         if let Some((raw, _)) = wrong {
-            at.values.push(("per_revolution", raw.per_revolution.span()));
-            at.values.push(("amplitude_nm", raw.amplitude_nm.span()));
-            at.values.extend(raw.phase_deg.as_ref().map(|deg| ("phase_rad", deg.span())));
+            at.note("per_revolution", "per_revolution", raw.per_revolution.span());
+            at.note("amplitude_nm", "amplitude_nm", raw.amplitude_nm.span());
+            if let Some(deg) = &raw.phase_deg {
+                at.note("phase_rad", "phase_deg in rad", deg.span());
+            }
         }
         out.ripple = at.check(ripple, TorqueRipple::check);
     }
     if let Some(raw) = &raw.force {
-        let (points, period, over_time) = match raw.get_ref() {
-            RawForce::OverTime(raw) => (&raw.points_s_n, &raw.period_s, true),
-            RawForce::OverPosition(raw) => (&raw.points_mm_n, &raw.period_mm, false),
+        let (points, over_time) = match raw.get_ref() {
+            RawForce::OverTime(raw) => {
+                let (keys, units) = (["points_s_n", "period_s"], ["s", "N"]);
+                (RawTable { points: &raw.points_s_n, period: raw.period_s.as_ref(), keys, units }, true)
+            }
+            RawForce::OverPosition(raw) => {
+                let (keys, units) = (["points_mm_n", "period_mm"], ["mm", "N"]);
+                (RawTable { points: &raw.points_mm_n, period: raw.period_mm.as_ref(), keys, units }, false)
+            }
         };
-        if let Some((table, at)) = table(within, raw.span(), points, period.as_ref(), problems) {
+        if let Some((table, at)) = table(within, raw.span(), &points, problems) {
             let force = if over_time { CuttingForce::OverTime(table) } else { CuttingForce::OverPosition(table) };
             out.force = at.check(force, CuttingForce::check);
         }
@@ -341,20 +423,63 @@ fn places<'p, T>(within: &str, raw: &Spanned<T>, problems: &'p mut Problems) -> 
     Places { within: within.to_owned(), table: raw.span(), values: Vec::new(), problems }
 }
 
+/// A function by points, as it stands in a file.
+struct RawTable<'r> {
+    points: &'r Spanned<Vec<RawPoint>>,
+    period: Option<&'r Spanned<f64>>,
+    /// Keys of the two.
+    keys: [&'static str; 2],
+    /// What the first and the second number of a point are.
+    units: [&'static str; 2],
+}
+
+impl RawTable<'_> {
+    /// What is wrong with its points, row by row; what is wrong with the function is for [`Table::new`].
+    fn problem(&self) -> Option<Diagnostic> {
+        let ([key, _], [x, y]) = (self.keys, self.units);
+        let rows = self.points.get_ref();
+        if rows.is_empty() {
+            let problem =
+                Diagnostic::new(format!("`{key}` is empty: it takes at least 1 point")).at(self.points.span());
+            return Some(problem.help(format!("write points [{x}, {y}], such as [[0, 0], [10, 2]]")));
+        }
+        let values = || rows.iter().map(|row| row.get_ref().0);
+        if let Some((row, [a, b])) = rows.iter().zip(values()).find(|(_, v)| v.iter().any(|v| !(v.abs() <= 1e9))) {
+            let wrong = if a.abs() <= 1e9 { b } else { a };
+            let problem = Diagnostic::new(format!("`{key}` holds {wrong}: it takes finite numbers, at most 1e9"));
+            return Some(problem.at(row.span()).help(format!("a point is [{x}, {y}]")));
+        }
+        let mut pairs = rows.iter().skip(1).zip(values().zip(values().skip(1))).zip(2..);
+        pairs.find(|((_, ([before, _], [at, _])), _)| at <= before).map(|((row, ([before, _], [at, _])), number)| {
+            Diagnostic::new(format!(
+                "`{key}`: point {number} is at {at} {x}, the one before it at {before}: places must rise strictly"
+            ))
+            .at(row.span())
+            .help("order the points by their first number, each only once")
+        })
+    }
+}
+
 fn table<'p>(
     within: &str,
     span: Range<usize>,
-    points: &Spanned<Vec<RawPoint>>,
-    period: Option<&Spanned<f64>>,
+    raw: &RawTable<'_>,
     problems: &'p mut Problems,
 ) -> Option<(Table, Places<'p>)> {
-    let values = points.get_ref().iter().map(|point| point.get_ref().0);
-    let mut at = Places { within: within.to_owned(), table: span, values: Vec::new(), problems };
-    if let Some(period) = period {
-        at.values.push(("period", period.span()));
+    if let Some(mut problem) = raw.problem() {
+        problem.message.insert_str(0, within);
+        problems.push(problem);
+        return None;
     }
-    at.values.push(("table", points.span()));
-    match Table::new(values.map(|[x, y]| (x, y)), period.map(|period| *period.get_ref())) {
+    let values = raw.points.get_ref().iter().map(|point| point.get_ref().0);
+    let mut at = Places { within: within.to_owned(), table: span, values: Vec::new(), problems };
+    let [key, period_key] = raw.keys;
+    if let Some(period) = raw.period {
+        at.note("period", period_key, period.span());
+    }
+    at.note("error_um", key, raw.points.span());
+    at.note("force_n", key, raw.points.span());
+    match Table::new(values.map(|[x, y]| (x, y)), raw.period.map(|period| *period.get_ref())) {
         Ok(table) => Some((table, at)),
         Err(error) => {
             at.tell(&error);
@@ -365,7 +490,9 @@ fn table<'p>(
 
 fn pitch(within: &str, raw: &Spanned<RawPitch>, problems: &mut Problems) -> Option<PitchError> {
     let RawPitch { points_mm_um, period_mm } = raw.get_ref();
-    let (error_um, at) = table(within, raw.span(), points_mm_um, period_mm.as_ref(), problems)?;
+    let keys = ["points_mm_um", "period_mm"];
+    let points = RawTable { points: points_mm_um, period: period_mm.as_ref(), keys, units: ["mm", "µm"] };
+    let (error_um, at) = table(within, raw.span(), &points, problems)?;
     at.check(PitchError { error_um }, PitchError::check)
 }
 
@@ -381,6 +508,7 @@ fn remedies(name: &str, raw: &RawRemedies, settings: &LoopSettings, problems: &m
             depth: at.or("depth", raw.depth.as_ref(), 0.0),
             damping: at.or("damping", raw.damping.as_ref(), 0.5),
         };
+        at.bound("frequency_hz", || format!("here below {}", hz(Filter::HIGHEST / period_s)));
         out.filters.extend(at.check(notch, |filter| filter.check(period_s)));
     }
     if let Some(raw) = &raw.low_pass {
@@ -390,6 +518,7 @@ fn remedies(name: &str, raw: &RawRemedies, settings: &LoopSettings, problems: &m
             frequency_hz: at.get("frequency_hz", &raw.frequency_hz),
             damping: at.or("damping", raw.damping.as_ref(), std::f64::consts::FRAC_1_SQRT_2),
         };
+        at.bound("frequency_hz", || format!("here below {}", hz(Filter::HIGHEST / period_s)));
         out.filters.extend(at.check(low_pass, |filter| filter.check(period_s)));
     }
     if let Some(raw) = &raw.acceleration {

@@ -72,6 +72,18 @@ impl Document {
     /// # Errors
     /// There is none (the error says where it was looked for), or it cannot be read.
     pub fn find(name: &str) -> Result<Self, ScenarioError> {
+        Self::find_as(&form::SCENARIO, name)
+    }
+
+    /// As [`find`](Self::find), for a part: what is told where there is none speaks of parts.
+    ///
+    /// # Errors
+    /// As [`find`](Self::find).
+    pub fn find_part(name: &str) -> Result<Self, ScenarioError> {
+        Self::find_as(&form::PART, name)
+    }
+
+    fn find_as(form: &Form, name: &str) -> Result<Self, ScenarioError> {
         let mut places = Vec::new();
         for folder in [None, Some("scenarios")] {
             let plain = folder.map_or_else(|| PathBuf::from(name), |folder| Path::new(folder).join(name));
@@ -96,7 +108,7 @@ impl Document {
         if let Some(document) = Self::builtin(name) {
             return Ok(document);
         }
-        Err(folder.map_or_else(|| not_found(name, &places), |(place, error)| unreadable(place, &error)))
+        Err(folder.map_or_else(|| not_found(form, name, &places), |(place, error)| unreadable(place, &error)))
     }
 
     /// The outer error is one of finding or opening the file, the inner one of its content.
@@ -309,27 +321,31 @@ fn unreadable(path: &Path, error: &io::Error) -> ScenarioError {
         Diagnostic::new("the scenario may not be read: permission denied")
             .help(format!("allow it with `chmod u+r {}`, or copy the file", brief(&shown)))
     } else if is_absent(error) {
-        return not_found(&shown, &[path.to_owned()]);
+        return not_found(&form::SCENARIO, &shown, &[path.to_owned()]);
     } else {
         Diagnostic::new(format!("the scenario cannot be read: {error}"))
     };
     ScenarioError::new(shown, "", vec![problem])
 }
 
-fn not_found(name: &str, places: &[PathBuf]) -> ScenarioError {
+fn not_found(form: &Form, name: &str, places: &[PathBuf]) -> ScenarioError {
     let looked = places.iter().map(|place| format!("`{}`", brief(&place.display().to_string()))).collect::<Vec<_>>();
-    let built_in = builtin_names().chain(builtin_part_names()).collect::<Vec<_>>().join(", ");
-    let mut problem = Diagnostic::new(format!("there is no scenario `{}`", brief(name)));
+    let is_part = form.name == form::PART.name;
+    let built_in = || builtin_names().filter(|_| !is_part).chain(builtin_part_names());
+    let mut problem = Diagnostic::new(format!("there is no {} `{}`", form.name, brief(name)));
     let candidates = scenario_files();
     let base = name.strip_suffix(".toml").unwrap_or(name);
-    let mut names: Vec<&str> = builtin_names().chain(builtin_part_names()).collect();
+    let mut names: Vec<&str> = built_in().collect();
     names.extend(candidates.iter().map(String::as_str));
     if let Some(known) = nearest(base, names) {
         problem = problem.help(format!("did you mean `{known}`?"));
     }
-    problem = problem
-        .note(format!("looked for {}, and among the built-in scenarios", looked.join(", ")))
-        .help(format!("built in: {built_in}; `servosim new NAME` writes a new one"));
+    problem =
+        problem.note(format!("looked for {}, and among the built-in {}s", looked.join(", "), form.name)).help(format!(
+            "built in: {}; `servosim new NAME{}` writes a new one",
+            built_in().collect::<Vec<_>>().join(", "),
+            if is_part { " --part" } else { "" }
+        ));
     ScenarioError::new("", "", vec![problem])
 }
 

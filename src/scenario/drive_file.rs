@@ -48,7 +48,7 @@ pub(super) struct RawPid {
     /// Derivative gain, in V s/mm.
     #[schemars(with = "Option<f64>", range(min = 0))]
     pub(super) derivative_v_s_mm: Option<Spanned<f64>>,
-    /// Corner of the derivative's filter, in Hz. Default: a quarter of the sampling rate.
+    /// Corner of the derivative's filter, in Hz, at most the Nyquist frequency. Default: a quarter of the sampling rate.
     #[schemars(with = "Option<f64>", extend("exclusiveMinimum" = 0))]
     pub(super) filter_hz: Option<Spanned<f64>>,
 }
@@ -96,19 +96,19 @@ pub(super) struct RawEffects {
     /// Resolution of the digital-to-analogue converter.
     #[schemars(with = "Option<RawDac>")]
     pub(super) dac: Option<Spanned<RawDac>>,
-    /// Bandwidth of the amplifier's current loop.
+    /// Bandwidth of the amplifier's current loop, of first order.
     #[schemars(with = "Option<RawCurrentLoop>")]
     pub(super) current_loop: Option<Spanned<RawCurrentLoop>>,
     /// A ballscrew that gives: motor and table are two masses with a spring between them.
     #[schemars(with = "Option<RawTwoMass>")]
     pub(super) two_mass: Option<Spanned<RawTwoMass>>,
-    /// Friction: exactly one of `coulomb` and `lu_gre`.
+    /// Friction at the table, as a torque at the motor (without `two_mass` the two are one): exactly one of `coulomb` and `lu_gre`.
     #[schemars(with = "Option<RawFriction>")]
     pub(super) friction: Option<Spanned<RawFriction>>,
     /// Play between screw and table.
     #[schemars(with = "Option<RawBacklash>")]
     pub(super) backlash: Option<Spanned<RawBacklash>>,
-    /// Pitch error of the screw.
+    /// Pitch error of the screw, counted from where the axis starts.
     #[schemars(with = "Option<RawPitch>")]
     pub(super) pitch: Option<Spanned<RawPitch>>,
     /// Torque ripple (cogging) of the motor.
@@ -142,7 +142,8 @@ pub(super) struct RawEncoder {
     pub(super) resolution_um: Option<Spanned<f64>>,
     /// How velocity is told. Default: "tachometer".
     pub(super) velocity: Option<RawVelocity>,
-    /// Corner of the low pass, or bandwidth of the observer, in Hz. Default: 200.
+    /// Corner of the low pass (at most the Nyquist frequency), or bandwidth of the observer, in Hz. Default: 200; at most a fifth of the sampling
+    /// rate, and half of what an observer is stable below.
     #[schemars(with = "Option<f64>", extend("exclusiveMinimum" = 0))]
     pub(super) velocity_hz: Option<Spanned<f64>>,
     /// Damping of the observer. Default: 1.
@@ -227,7 +228,7 @@ pub(super) struct RawTwoMass {
     pub(super) damping_n_s_mm: Option<Spanned<f64>>,
 }
 
-/// Friction beside the plant's own.
+/// Friction beside the plant's own, which stays at the motor.
 #[derive(Debug, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub(super) enum RawFriction {
@@ -292,7 +293,8 @@ pub(super) struct RawBacklash {
 #[derive(Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub(super) struct RawPitch {
-    /// Points [position in mm, error in µm], straight lines between them.
+    /// Points [position in mm, error in µm], straight lines between them; before the first and after the last their errors stay. What counts
+    /// is the difference to the error where the axis starts: it is homed there.
     #[schemars(with = "Vec<[f64; 2]>")]
     pub(super) points_mm_um: Spanned<Vec<RawPoint>>,
     /// The points repeat after this distance, in mm: the lead of the screw. Default: they do not repeat.
@@ -338,7 +340,7 @@ pub(super) enum RawForce {
 #[derive(Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub(super) struct RawForceOverTime {
-    /// Points [time in s, force in N], straight lines between them.
+    /// Points [time in s, force in N], straight lines between them; before the first and after the last their forces stay.
     #[schemars(with = "Vec<[f64; 2]>")]
     pub(super) points_s_n: Spanned<Vec<RawPoint>>,
     /// The points repeat after this time, in s. Default: they do not repeat.
@@ -350,7 +352,7 @@ pub(super) struct RawForceOverTime {
 #[derive(Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub(super) struct RawForceOverPosition {
-    /// Points [position in mm, force in N], straight lines between them.
+    /// Points [position in mm, force in N], straight lines between them; before the first and after the last their forces stay.
     #[schemars(with = "Vec<[f64; 2]>")]
     pub(super) points_mm_n: Spanned<Vec<RawPoint>>,
     /// The points repeat after this distance, in mm. Default: they do not repeat.
@@ -377,7 +379,7 @@ pub(super) struct RawRemedies {
     /// Shift of the command against backlash.
     #[schemars(with = "Option<RawBacklashCompensation>")]
     pub(super) backlash: Option<Spanned<RawBacklashCompensation>>,
-    /// Shift of the command against the pitch error, as far as it is known.
+    /// Shift of the command against the pitch error, as far as it is known; counted from where the axis starts, as the effect is.
     #[schemars(with = "Option<RawPitch>")]
     pub(super) pitch: Option<Spanned<RawPitch>>,
     /// Zero-phase-error tracking: a prefilter that undoes the PDFF loop of the model. Default: false.
@@ -389,7 +391,7 @@ pub(super) struct RawRemedies {
 #[derive(Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub(super) struct RawNotch {
-    /// Centre, in Hz.
+    /// Centre, in Hz, below 0.499 of the sampling rate.
     #[schemars(with = "f64", extend("exclusiveMinimum" = 0))]
     pub(super) frequency_hz: Spanned<f64>,
     /// What is left at the centre, 0 (nothing) to 1. Default: 0.
@@ -404,7 +406,7 @@ pub(super) struct RawNotch {
 #[derive(Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub(super) struct RawLowPass {
-    /// Corner, in Hz.
+    /// Corner, in Hz, below 0.499 of the sampling rate.
     #[schemars(with = "f64", extend("exclusiveMinimum" = 0))]
     pub(super) frequency_hz: Spanned<f64>,
     /// Damping. Default: 0.7071 (Butterworth).

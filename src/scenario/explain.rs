@@ -127,6 +127,9 @@ pub(super) fn structure(form: &Form, error: &toml::de::Error, text: &str) -> Dia
         if variants.is_empty() {
             return wanted_word(form, &place).at(span);
         }
+        if let Some(problem) = keys_beside_choice(text, &place, &variants) {
+            return problem;
+        }
         let (how, help) = if message.contains("more than") {
             ("more than one of", "keep one and remove the tables of the others".to_owned())
         } else {
@@ -145,6 +148,34 @@ pub(super) fn structure(form: &Form, error: &toml::de::Error, text: &str) -> Dia
             .help(format!("known here: {}", list(&variants)));
     }
     wrong_type(form, message, place.last().map_or("", String::as_str)).at(span)
+}
+
+/// Keys beside the tables of a choice, where there may be none: `kind = "coulomb"`, or the keys of the table that is missing.
+fn keys_beside_choice(text: &str, place: &[String], variants: &[String]) -> Option<Diagnostic> {
+    let root = DeTable::parse(text).ok()?;
+    let mut table = root.get_ref();
+    for key in place {
+        table = match table.get(key.as_str())?.get_ref() {
+            DeValue::Table(next) => next,
+            _ => return None,
+        };
+    }
+    let is_variant = |key: &str| variants.iter().any(|variant| variant == key);
+    // In the order of the file.
+    let (key, _) =
+        table.iter().filter(|(key, _)| !is_variant(key.get_ref())).min_by_key(|(key, _)| key.span().start)?;
+    let place = place.join(".");
+    // A table that is named by a value is the one that is meant.
+    let named = table.values().filter_map(|value| value.get_ref().as_str()).find(|word| is_variant(word));
+    let meant = named.or_else(|| variants.iter().map(String::as_str).find(|variant| table.contains_key(*variant)));
+    let meant = meant.or(variants.first().map(String::as_str)).unwrap_or("…");
+    Some(
+        Diagnostic::new(format!("unknown key `{}` in [{place}]", brief(key.get_ref())))
+            .at(key.span())
+            .label("not a key of this table")
+            .note(format!("[{place}] holds one of the tables {}", list(variants)))
+            .help(format!("write the keys below a header [{place}.{meant}]")),
+    )
 }
 
 /// Something else where one of a few words belongs.
@@ -227,13 +258,19 @@ fn wrong_type(form: &Form, message: &str, key: &str) -> Diagnostic {
         POINT if key.contains("_mm_s") => {
             ("one number for X and one for Y", "write a list of two, such as [2000, 2000]")
         }
+        "u32" => ("a whole number from 0 to 4294967295", "write a whole number, without quotes"),
+        POINT if key.contains("points_mm_um") => {
+            ("[mm, µm]", "a point is a place in mm and an error in µm: [12.5, -3]")
+        }
+        POINT if key.contains("points_mm_n") => ("[mm, N]", "a point is a place in mm and a force in N: [12.5, -300]"),
+        POINT if key.contains("points_s_n") => ("[s, N]", "a point is a time in s and a force in N: [0.5, -300]"),
         POINT => ("[x, y]", "a point is two numbers in mm: [12.5, -3]"),
         POINT3 => ("[x, y, z]", "a point is three numbers in mm: [12.5, -3, 40]"),
         _ if needed.starts_with("struct ") => ("a table", "write a [table] header with its keys below it"),
         other => (other, "the schema lists every key with its type"),
     };
     // A point stands in a list: the key names the list.
-    let subject = if needed.starts_with("[x, y") { "a point of ".to_owned() + &key } else { key };
+    let subject = if needed.starts_with('[') { "a point of ".to_owned() + &key } else { key };
     Diagnostic::new(format!("wrong type: {subject}must be {needed}, not {}", brief(&found))).help(help)
 }
 
@@ -259,6 +296,12 @@ fn list(names: &[impl AsRef<str>]) -> String {
 
 /// The table (or the value's key) that a span belongs to, as a path of keys.
 pub(super) fn place_of(text: &str, span: &Range<usize>) -> Vec<String> {
+    fn in_item(item: &DeValue<'_>, span: &Range<usize>, path: &mut Vec<String>) -> bool {
+        match item {
+            DeValue::Table(inner) => inner.keys().any(|key| key.span() == *span) || search(inner, span, path),
+            _ => false,
+        }
+    }
     fn search(table: &DeTable<'_>, span: &Range<usize>, path: &mut Vec<String>) -> bool {
         for (key, value) in table {
             path.push(key.get_ref().to_string());
@@ -278,6 +321,8 @@ pub(super) fn place_of(text: &str, span: &Range<usize>) -> Vec<String> {
                         return true;
                     }
                 }
+                // The tables of a list, such as [[feedrate.override]].
+                DeValue::Array(items) if items.iter().any(|item| in_item(item.get_ref(), span, path)) => return true,
                 _ if value.span().start <= span.start && span.end <= value.span().end => return true,
                 _ => {}
             }

@@ -135,6 +135,12 @@ pub(super) fn not_negative(name: &'static str, value: f64) -> Result<(), ServoEr
     if (0.0..=LARGEST).contains(&value) { Ok(()) } else { Err(ServoError { name, value, needed }) }
 }
 
+/// A sampled filter with a higher corner does nothing that it could be told by.
+pub(super) fn at_most_nyquist(name: &'static str, frequency_hz: f64, period_s: f64) -> Result<(), ServoError> {
+    let needed = "at most the Nyquist frequency, half of 1/period_s";
+    if frequency_hz * period_s <= 0.5 { Ok(()) } else { Err(ServoError { name, value: frequency_hz, needed }) }
+}
+
 impl AxisParameters {
     /// Every parameter finite and in its range.
     ///

@@ -125,7 +125,7 @@ impl<C: Controller> RealAxis<C> {
         let encoder = effects.encoder.unwrap_or_default();
         let filters: Result<Vec<_>, _> = remedies.filters.iter().map(|f| Biquad::new(f, period_s)).collect();
         let machine = Machine::new(axis, effects, period_s, delay - late, start_mm);
-        let mut real = Self {
+        Ok(Self {
             controller,
             start_mm,
             period_s,
@@ -138,12 +138,12 @@ impl<C: Controller> RealAxis<C> {
             step_v,
             steps_v: if step_v > 0.0 { 1.0 / step_v } else { 0.0 },
             filters: filters?,
-            compensator: Compensator::new(remedies, axis, period_s),
+            compensator: Compensator::new(remedies, axis, period_s, start_mm),
             prefilter: remedies.zero_phase.clone(),
             sensor: Sensor::new(&encoder, effects.noise.as_ref(), drive.transmission_mm_rad, period_s, start_mm),
+            pitch_start_mm: effects.pitch.as_ref().map_or(0.0, |pitch| pitch.at_start_mm(start_mm)),
             pitch: effects.pitch.clone(),
             near: 0,
-            pitch_start_mm: 0.0,
             measured: Measured::default(),
             machine,
             waiting: [0.0; WAITING],
@@ -153,10 +153,7 @@ impl<C: Controller> RealAxis<C> {
             applied_v: 0.0,
             last_command_mm: 0.0,
             k: 0,
-        };
-        // The axis has been homed where it starts: there, its scale and its screw agree.
-        real.pitch_start_mm = real.pitch_mm(0.0);
-        Ok(real)
+        })
     }
 
     /// The signals beside those that [`step`](Axis::step) gave, of the same sample (before the first: at rest).
@@ -177,7 +174,7 @@ impl<C: Controller> RealAxis<C> {
         }
     }
 
-    /// The pitch error \[mm\] where the screw has taken the table to, from the start.
+    /// The pitch error \[mm\] where the screw has taken the table to, from the start, where it is zero.
     #[inline(always)]
     fn pitch_mm(&mut self, from_start_mm: f64) -> f64 {
         match &self.pitch {

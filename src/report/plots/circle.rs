@@ -8,7 +8,7 @@ use super::super::sheet::{
     Anchor, BORDER, CURVE_PX, DESIRED, GRID, INK, Lettering, MUTED, Pen, RUN_COLOURS, Sheet, WHITE,
 };
 use super::printable;
-use crate::measure::{CircleTest, Direction, Radial};
+use crate::measure::{CircleTest, Direction, Radial, Spike};
 
 /// The smallest circle of the grid, as a share of the largest.
 const INNER: f64 = 0.38;
@@ -52,7 +52,9 @@ fn heading(test: &CircleTest) -> Heading {
         })
         .collect();
     legend.push(Entry::line(NOMINAL, "nominal"));
-    legend.push(Entry { symbol: Symbol::Ring(INK), text: "where an axis turns back".to_owned() });
+    if pens(test).any(|(direction, _)| direction.spikes.iter().any(|spike| is_marked(spike, &grid(test).0))) {
+        legend.push(Entry { symbol: Symbol::Ring(INK), text: "tip of a reversal spike".to_owned() });
+    }
     Heading {
         title: format!(
             "{title}: circular test, radius {} mm at {} mm/s",
@@ -70,6 +72,11 @@ fn heading(test: &CircleTest) -> Heading {
         warnings: test.warnings.iter().map(|text| printable(text)).collect(),
         legend,
     }
+}
+
+/// A spike that stands out of the ripple, and is seen.
+fn is_marked(spike: &Spike, range: &Range) -> bool {
+    spike.clear && spike.height_um.abs() >= SPIKE_SHARE * range.span()
 }
 
 /// The deviations with room around them, and zero, in whole steps.
@@ -116,31 +123,40 @@ fn polar(sheet: &mut Sheet, test: &CircleTest, square: &Frame) {
         sheet.line(&[place(angle, range.low), place(angle, range.high)], Pen::solid(GRID, 1.0));
         let (sin, cos) = libm::sincos(angle.to_radians());
         let at = (middle.0 + (outer + 17.0) * cos, middle.1 - (outer + 14.0) * sin);
-        sheet.text(Lettering::new(at, format!("{}°", figure(angle, 3)), LABEL_EM, Anchor::Middle).coloured(MUTED));
+        let label = Lettering::new(at, format!("{}°", figure(angle, 3)), LABEL_EM, Anchor::Middle).coloured(MUTED);
+        panel.keep_off(label.frame());
+        sheet.text(label);
     }
     let nominal = ring(0.0);
     sheet.curve(&nominal, square, NOMINAL);
     panel.keep_clear(nominal);
-    for level in levels() {
-        let label = Lettering::new(place(67.5, level), figure(level, 4), LABEL_EM, Anchor::Middle).coloured(MUTED);
-        let Frame { left, top, right, bottom } = label.frame();
-        sheet.rectangle(&Frame { left: left - 2.0, top: top + 1.0, right: right + 2.0, bottom: bottom - 1.0 }, WHITE);
-        sheet.text(label);
-    }
     for (direction, pen) in pens(test) {
         let points: Vec<Px> = closed(&direction.trace).map(|r| place(r.angle_deg, r.deviation_um)).collect();
         sheet.curve(&points, square, pen);
         panel.keep_clear(points);
     }
+    // Over the curves: a number that is crossed out tells nothing.
+    for level in levels() {
+        let label = Lettering::new(place(67.5, level), figure(level, 4), LABEL_EM, Anchor::Middle).coloured(MUTED);
+        let Frame { left, top, right, bottom } = label.frame();
+        sheet.rectangle(&Frame { left: left - 2.0, top: top + 1.0, right: right + 2.0, bottom: bottom - 1.0 }, WHITE);
+        panel.keep_off(label.frame());
+        sheet.text(label);
+    }
     let said = format!("{} µm a division", figure(step, 3));
     sheet.text(Lettering::new(middle, said, LABEL_EM, Anchor::Middle).coloured(MUTED));
-    for (direction, pen) in pens(test) {
-        for spike in direction.spikes.iter().filter(|s| s.height_um.abs() >= SPIKE_SHARE * range.span()) {
-            let at = place(spike.tip_deg, spike.tip_um);
-            sheet.ring(at, 4.0, 1.5, pen.colour);
-            let text = format!("{} {} µm", spike.axis.to_uppercase(), figure(spike.height_um, 3));
-            panel.point_label(sheet, at, &text, pen.colour);
-        }
+    let marked = || {
+        let all = pens(test).flat_map(|(direction, pen)| direction.spikes.iter().map(move |spike| (spike, pen)));
+        let seen = all.filter(|(spike, _)| is_marked(spike, &range));
+        seen.map(|(spike, pen)| (spike, pen, place(spike.tip_deg, spike.tip_um)))
+    };
+    for (_, pen, (x, y)) in marked() {
+        sheet.ring((x, y), 4.0, 1.5, pen.colour);
+        panel.keep_off(Frame { left: x - 5.0, top: y - 5.0, right: x + 5.0, bottom: y + 5.0 });
+    }
+    for (spike, pen, at) in marked() {
+        let text = format!("{} {} µm", spike.axis.to_uppercase(), figure(spike.height_um, 3));
+        panel.point_label(sheet, at, &text, pen.colour);
     }
 }
 

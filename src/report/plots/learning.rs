@@ -4,7 +4,7 @@ use super::super::axis::{Axis, Range, figure};
 use super::super::curve::{Dash, Frame};
 use super::super::font;
 use super::super::panel::{Entry, Heading, Panel, TITLE_EM, gutter, x_axis, y_axis};
-use super::super::sheet::{CURVE_PX, INK, MUTED, Pen, RUN_COLOURS, Sheet};
+use super::super::sheet::{CURVE_PX, Colour, INK, MUTED, Pen, RUN_COLOURS, Sheet};
 use super::printable;
 use crate::learning::{LearnRun, Learned};
 
@@ -12,6 +12,9 @@ use crate::learning::{LearnRun, Learned};
 const GAP: f64 = 62.0;
 /// More runs than this are not marked one by one.
 const MOST_MARKED: usize = 60;
+
+/// Corrections of X and of Y: no colour stands for two things.
+const SHIFTS: [Colour; 2] = [RUN_COLOURS[0], RUN_COLOURS[2]];
 
 /// What is drawn over the runs.
 type Curve = (&'static str, Pen, fn(&LearnRun) -> f64);
@@ -78,7 +81,7 @@ pub(in super::super) fn sheet(learned: &Learned) -> Sheet {
     let frame = inner(lower);
     let mut panel = Panel::new(frame, x_axis(Range { low: 0.0, high: end }, frame.width(), false), below);
     panel.grid(&mut sheet);
-    for (shift, colour) in shifts_um.into_iter().zip(RUN_COLOURS) {
+    for (shift, colour) in shifts_um.into_iter().zip(SHIFTS) {
         panel.curve(&mut sheet, shift, Pen::solid(colour, CURVE_PX));
     }
     panel.border(&mut sheet, true, true);
@@ -90,7 +93,7 @@ pub(in super::super) fn sheet(learned: &Learned) -> Sheet {
 fn heading(learned: &Learned) -> Heading {
     let name = font::shortened(&printable(&learned.scenario), TITLE_EM, 600.0);
     let mut legend: Vec<Entry> = curves().into_iter().map(|(text, pen, _)| Entry::line(pen, text)).collect();
-    let axes = ["correction of X", "correction of Y"].into_iter().zip(RUN_COLOURS);
+    let axes = ["correction of X", "correction of Y"].into_iter().zip(SHIFTS);
     legend.extend(axes.map(|(text, colour)| Entry::line(Pen::solid(colour, CURVE_PX), text)));
     Heading {
         title: format!("{name}: iterative learning, {} runs", learned.runs.len()),

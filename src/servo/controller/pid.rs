@@ -1,7 +1,7 @@
 //! Position PID.
 
 use super::{Controller, Integral, Measured, Wanted};
-use crate::servo::parameters::{not_negative, positive};
+use crate::servo::parameters::{at_most_nyquist, not_negative, positive};
 use crate::servo::{Demand, Drive, ServoError};
 
 /// Gains of [`Pid`], none negative.
@@ -13,7 +13,7 @@ pub struct PidGains {
     pub integral_v_mm_s: f64,
     /// `kd` \[V s/mm\].
     pub derivative_v_s_mm: f64,
-    /// Corner of the derivative's filter `f` \[Hz\], positive.
+    /// Corner of the derivative's filter `f` \[Hz\], positive, at most the Nyquist frequency.
     pub filter_hz: f64,
 }
 
@@ -22,11 +22,12 @@ impl PidGains {
     ///
     /// # Errors
     /// Names the first one that is not.
-    pub fn check(&self) -> Result<(), ServoError> {
+    pub fn check(&self, period_s: f64) -> Result<(), ServoError> {
         not_negative("proportional_v_mm", self.proportional_v_mm)?;
         not_negative("integral_v_mm_s", self.integral_v_mm_s)?;
         not_negative("derivative_v_s_mm", self.derivative_v_s_mm)?;
-        positive("filter_hz", self.filter_hz)
+        positive("filter_hz", self.filter_hz)?;
+        at_most_nyquist("filter_hz", self.filter_hz, period_s)
     }
 }
 
@@ -51,7 +52,7 @@ impl Pid {
     /// # Errors
     /// A gain out of its range.
     pub fn new(gains: &PidGains, drive: &Drive, period_s: f64) -> Result<Self, ServoError> {
-        gains.check()?;
+        gains.check(period_s)?;
         Ok(Self {
             gains: *gains,
             nm_v: 1.0 / drive.torque_to_voltage_v_nm,

@@ -57,7 +57,7 @@ impl Dac {
     }
 }
 
-/// Current loop of the amplifier: the torque follows `T(s) = u(s)/k_T / (1 + s/ω_c)`.
+/// Current loop of the amplifier, of first order: the torque follows `T(s) = u(s)/k_T / (1 + s/ω_c)`.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct CurrentLoop {
     /// Bandwidth `ω_c/2π` \[Hz\], positive.

@@ -4,7 +4,7 @@ use std::f64::consts::PI;
 
 use super::normal::Normal;
 use crate::servo::ServoError;
-use crate::servo::parameters::{LARGEST, not_negative, positive};
+use crate::servo::parameters::{LARGEST, at_most_nyquist, not_negative, positive};
 
 /// Where the encoder sits.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
@@ -26,7 +26,7 @@ pub enum VelocityEstimate {
     Difference,
     /// The same through a first-order low pass, `v̂ += (1 - exp(-2π f Δt)) (v - v̂)`.
     LowPass {
-        /// Corner `f` \[Hz\], positive.
+        /// Corner `f` \[Hz\], positive, at most the Nyquist frequency.
         corner_hz: f64,
     },
     /// Tracking observer: `e = x - x̂ - Δt v̂`, `x̂ += Δt v̂ + α e`, `v̂ += β e/Δt`, with `α = 2 ζ ω_o Δt` and `β = (ω_o Δt)²`. Stable while
@@ -65,7 +65,10 @@ impl Encoder {
         }
         match self.velocity {
             VelocityEstimate::Tachometer | VelocityEstimate::Difference => Ok(()),
-            VelocityEstimate::LowPass { corner_hz } => positive("corner_hz of the velocity's low pass", corner_hz),
+            VelocityEstimate::LowPass { corner_hz } => {
+                positive("corner_hz of the velocity's low pass", corner_hz)?;
+                at_most_nyquist("corner_hz of the velocity's low pass", corner_hz, period_s)
+            }
             VelocityEstimate::Observer { bandwidth_hz, damping } => {
                 positive("bandwidth_hz of the observer", bandwidth_hz)?;
                 positive("damping of the observer", damping)?;
@@ -73,10 +76,18 @@ impl Encoder {
                 if 2.0 * alpha + beta < 4.0 {
                     return Ok(());
                 }
-                let needed = "lower: the observer is unstable unless 4 ζ w + w² < 4 with w = 2π bandwidth_hz period_s";
+                let needed = "lower: the observer is unstable unless 4 ζ w + w² < 4 with w = 2π · bandwidth · period_s";
                 Err(ServoError { name: "bandwidth_hz of the observer", value: bandwidth_hz, needed })
             }
         }
+    }
+}
+
+impl VelocityEstimate {
+    /// Bandwidth below which an observer is stable \[Hz\]: `w < 2 (√(ζ² + 1) - ζ)` with `w = ω_o Δt`.
+    pub fn observer_below_hz(damping: f64, period_s: f64) -> f64 {
+        // As it stands the difference would lose its digits where ζ is large.
+        2.0 / ((damping * damping + 1.0).sqrt() + damping) / (2.0 * PI * period_s)
     }
 }
 

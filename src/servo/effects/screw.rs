@@ -101,7 +101,10 @@ impl Backlash {
     }
 }
 
-/// Pitch error of the screw: the table stands at `x + e(x)` where the screw should have taken it to `x`.
+/// Pitch error of the screw: the table stands at `x + e(x) - e(x_0)` where the screw should have taken it to `x`.
+///
+/// `x_0` is where the axis starts: it has been homed there, scale and screw agree. As a remedy the command is shifted by
+/// `-(e(x_com) - e(x_0))`, from the same `x_0`: the exact table leaves what the slope of `e` times `e` is.
 ///
 /// An encoder at the motor does not see it; a scale at the table does.
 ///
@@ -113,6 +116,11 @@ pub struct PitchError {
 }
 
 impl PitchError {
+    /// `e(x_0)` \[mm\].
+    pub(in crate::servo) fn at_start_mm(&self, start_mm: f64) -> f64 {
+        1e-3 * self.error_um.value(start_mm)
+    }
+
     /// Errors of a size that a screw can have.
     ///
     /// # Errors

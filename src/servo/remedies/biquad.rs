@@ -14,7 +14,7 @@ use crate::servo::parameters::positive;
 pub enum Filter {
     /// `(s² + 2 d ζ ω_0 s + ω_0²)/(s² + 2 ζ ω_0 s + ω_0²)`.
     Notch {
-        /// Centre `ω_0/2π` \[Hz\], below the Nyquist frequency.
+        /// Centre `ω_0/2π` \[Hz\], below [`Self::HIGHEST`] of the sampling rate.
         frequency_hz: f64,
         /// What is left at the centre, `d`: from 0 (nothing) to 1 (all).
         depth: f64,
@@ -23,7 +23,7 @@ pub enum Filter {
     },
     /// `ω_0²/(s² + 2 ζ ω_0 s + ω_0²)`.
     LowPass {
-        /// Corner `ω_0/2π` \[Hz\], below the Nyquist frequency.
+        /// Corner `ω_0/2π` \[Hz\], below [`Self::HIGHEST`] of the sampling rate.
         frequency_hz: f64,
         /// `ζ`, positive; 0.7071 for a Butterworth filter.
         damping: f64,
@@ -31,6 +31,9 @@ pub enum Filter {
 }
 
 impl Filter {
+    /// Share of the sampling rate that the frequency stays below: at half of it, the Nyquist frequency, there is no such filter.
+    pub const HIGHEST: f64 = 0.499;
+
     /// Every parameter in its range, the frequency below Nyquist's.
     ///
     /// # Errors
@@ -47,8 +50,8 @@ impl Filter {
         };
         positive(name, frequency_hz)?;
         positive("damping of the filter", damping)?;
-        if !(frequency_hz * period_s < 0.499) {
-            let needed = "below the Nyquist frequency, half of 1/period_s";
+        if !(frequency_hz * period_s < Self::HIGHEST) {
+            let needed = "below 0.499/period_s, which is just below the Nyquist frequency";
             return Err(ServoError { name, value: frequency_hz, needed });
         }
         Ok(())

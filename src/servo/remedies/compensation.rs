@@ -1,6 +1,7 @@
 //! Feedforward of torque, and shifts of the command against what the screw does.
 
 use super::Remedies;
+use crate::servo::effects::PitchError;
 use crate::servo::parameters::{not_negative, positive};
 use crate::servo::{AxisParameters, Demand, ServoError};
 
@@ -78,13 +79,15 @@ pub(in crate::servo) struct Compensator {
     share: f64,
     towards: f64,
     shift: f64,
-    pitch: Option<crate::servo::effects::PitchError>,
+    pitch: Option<PitchError>,
+    pitch_start_mm: f64,
     near: usize,
     pub(in crate::servo) active: bool,
 }
 
 impl Compensator {
-    pub(in crate::servo) fn new(remedies: &Remedies, axis: &AxisParameters, period_s: f64) -> Self {
+    /// For an axis that starts on `start_mm`: there the pitch compensation is zero, as the pitch error is.
+    pub(in crate::servo) fn new(remedies: &Remedies, axis: &AxisParameters, period_s: f64, start_mm: f64) -> Self {
         let share = remedies.acceleration.map_or(0.0, |a| a.share) / axis.drive.transmission_mm_rad;
         Self {
             acceleration: [
@@ -100,6 +103,7 @@ impl Compensator {
             towards: 0.0,
             shift: 0.0,
             pitch: remedies.pitch.clone(),
+            pitch_start_mm: remedies.pitch.as_ref().map_or(0.0, |pitch| pitch.at_start_mm(start_mm)),
             near: 0,
             active: remedies.acceleration.is_some()
                 || remedies.friction.is_some()
@@ -122,7 +126,9 @@ impl Compensator {
             self.shift += self.share * (self.towards - self.shift);
         }
         let pitch_mm = match &self.pitch {
-            Some(pitch) => 1e-3 * pitch.error_um.near(start_mm + demand.position_mm, &mut self.near),
+            Some(pitch) => {
+                1e-3 * pitch.error_um.near(start_mm + demand.position_mm, &mut self.near) - self.pitch_start_mm
+            }
             None => 0.0,
         };
         demand.position_mm += self.shift - pitch_mm;

@@ -25,7 +25,7 @@ pub struct Remedies {
     pub friction: Option<FrictionFeedforward>,
     /// Shift of the command against backlash.
     pub backlash: Option<BacklashCompensation>,
-    /// Shift of the command against the pitch error, as far as it is known.
+    /// Shift of the command against the pitch error, as far as it is known; zero where the axis starts.
     pub pitch: Option<PitchError>,
     /// Prefilter of the command.
     pub zero_phase: Option<ZeroPhase>,
