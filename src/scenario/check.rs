@@ -47,10 +47,13 @@ pub(super) fn scenario(raw: &RawScenario, default_name: &str, source: &str) -> R
     });
     let coupling = raw.control.cross_coupling.as_ref();
     let cross_coupling = coupling.and_then(|raw| check_drive::cross_coupling(raw, &mut problems));
-    let limits = limits(&raw.limits, &mut problems);
+    let mut limits = limits(&raw.limits, &mut problems);
     let (Some(path), Some((motion, profile, n_c_search)), true) = (path, feedrate, problems.is_empty()) else {
         return Err(problems);
     };
+    if let FeedProfile::AxisLimited(axes) = profile {
+        limits.axes = Some(axes);
+    }
     let scenario = Scenario {
         name,
         path,
@@ -138,7 +141,7 @@ pub(super) fn of_feedrate(error: &FeedrateError, span: Range<usize>) -> Diagnost
         FeedrateError::OutOfRange { name: "transition_s", .. } => {
             "give the length of the change in seconds, such as 0.1, or leave the key out"
         }
-        FeedrateError::OverrideTooSoon { .. } => "put it later, or shorten the change before it with transition_s",
+        FeedrateError::OverrideOrder { .. } => "put the changes of the override in the order of their at_s",
         FeedrateError::HeldForEver { .. } => "end the hold with a later [[feedrate.override]] that has percent = 100",
         FeedrateError::OutOfRange { .. } => "give a positive number, such as accel_mm_s2 = 2000, jerk_mm_s3 = 50000",
         FeedrateError::NotMonotone { .. } => {
@@ -366,5 +369,6 @@ fn limits(raw: &RawLimits, problems: &mut Problems) -> Limits {
         voltage_v: check("voltage_v", voltage_v),
         accel_mm_s2: check("accel_mm_s2", accel_mm_s2),
         jerk_mm_s3: check("jerk_mm_s3", jerk_mm_s3),
+        axes: None,
     }
 }
