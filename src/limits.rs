@@ -241,7 +241,8 @@ impl fmt::Display for Event {
             ),
             Self::OverrideChanged { change, .. } => {
                 let &OverrideChange { share, asked_s, transition_s, reached, after_the_end, .. } = change;
-                let what = if share > 0.0 { format!("feed override: {} %", 100.0 * share) } else { "feed hold".to_owned() };
+                let what =
+                    if share > 0.0 { format!("feed override: {} %", 100.0 * share) } else { "feed hold".to_owned() };
                 if after_the_end {
                     return write!(f, "{what}, after the end of the motion: no effect");
                 }

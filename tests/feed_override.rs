@@ -3,9 +3,7 @@
 use nalgebra::Vector2;
 use rand::{RngExt, SeedableRng};
 use rand_xoshiro::Xoshiro256PlusPlus;
-use servosim::feedrate::{
-    AxisLimited, AxisLimits, FeedOverride, FeedrateError, Motion, OverrideStep, PathShape, Profile,
-};
+use servosim::feedrate::{AxisLimited, AxisLimits, FeedOverride, Motion, OverrideStep, PathShape, Profile};
 use servosim::path::{Cursor, Path, PhSpline};
 
 fn step(at_s: f64, share: f64, transition_s: f64) -> OverrideStep {
@@ -95,35 +93,36 @@ fn random_plan(rng: &mut Xoshiro256PlusPlus, kind: usize) -> Motion {
         3 => Profile::Linear { phase_s },
         _ => Profile::JerkLimited { accel_mm_s2, jerk_mm_s3 },
     };
-    Motion::plan(length, feed, profile).unwrap_or_else(|_| Motion::plan(length, feed, Profile::Quintic { phase_s }).unwrap())
+    Motion::plan(length, feed, profile)
+        .unwrap_or_else(|_| Motion::plan(length, feed, Profile::Quintic { phase_s }).unwrap())
 }
 
 #[test]
 fn changes_keep_the_limits_of_the_plan_wherever_they_fall() {
     let mut rng = Xoshiro256PlusPlus::seed_from_u64(41);
-    let (mut holds, mut worst, mut slowest) = (0, [0.0_f64; 2], 0.0_f64);
+    let (mut holds, mut worst) = (0, [0.0_f64; 2]);
     for case in 0..CASES {
         let plan = random_plan(&mut rng, case);
         let steps = turned(&mut rng, plan.total_s(), 2.0);
-        let start = std::time::Instant::now();
         let motion = under(&plan, &steps);
-        slowest = slowest.max(start.elapsed().as_secs_f64());
         let peaks = plan.peaks();
-        let used = used(&motion, peaks.accel_mm_s2, peaks.jerk_mm_s3, 20_000);
+        let used = used(&motion, peaks.accel_mm_s2, peaks.jerk_mm_s3, 8000);
         worst = [worst[0].max(used[0]), worst[1].max(used[1])];
         if !used.iter().all(|share| *share <= KEPT) {
             println!("case {case}: {used:?} {plan:?}\n{steps:?}\n{:?}", motion.overrides());
         }
         assert_eq!(motion.at(motion.total_s()).s_mm, plan.length_mm());
         let near = motion.at(motion.total_s() * (1.0 - 1e-9));
-        assert!((near.s_mm / plan.length_mm() - 1.0).abs() < 1e-6 && near.feed_mm_s < 1e-3 * peaks.feed_mm_s, "case {case}: {near:?}");
+        assert!(
+            (near.s_mm / plan.length_mm() - 1.0).abs() < 1e-6 && near.feed_mm_s < 1e-3 * peaks.feed_mm_s,
+            "case {case}: {near:?}"
+        );
         holds += stands_where_held(&motion);
     }
-    println!("{worst:?} {holds} {slowest}");
     assert!(holds > 20 && worst.iter().all(|share| *share <= KEPT), "{worst:?}, {holds} holds");
 }
 
-const CASES: usize = 500;
+const CASES: usize = 60;
 
 fn alpha() -> PhSpline {
     let control = [[0., 0.], [12., 18.], [24., 27.], [36., 9.], [24., -9.], [12., 0.], [0., 18.]].map(Vector2::from);
@@ -156,19 +155,17 @@ fn used_by_axes(path: &dyn Path<2>, motion: &Motion, limits: &AxisLimits<2>, tim
 fn changes_keep_the_limits_of_the_axes() {
     let path = alpha();
     let mut rng = Xoshiro256PlusPlus::seed_from_u64(43);
-    let (mut worst, mut holds, mut slowest) = ([0.0_f64; 3], 0, 0.0_f64);
-    for _ in 0..6 {
+    let (mut worst, mut holds) = ([0.0_f64; 3], 0);
+    for _ in 0..3 {
         let mut two = |low: f64, high: f64| [(); 2].map(|()| 10.0_f64.powf(rng.random_range(low..high)));
         let limits =
             AxisLimits { velocity_mm_s: two(1.7, 2.3), acceleration_mm_s2: two(2.8, 3.6), jerk_mm_s3: two(4.2, 5.2) };
         let planner = AxisLimited::new(limits);
         let plan = planner.plan(path.length_mm(), shape(&path)).unwrap().motion;
-        for case in 0..25 {
+        for case in 0..8 {
             let steps = turned(&mut rng, plan.total_s(), 1.0);
-            let start = std::time::Instant::now();
             let motion = planner.with_override(&plan, &FeedOverride { steps: steps.clone() }, shape(&path)).unwrap();
-            slowest = slowest.max(start.elapsed().as_secs_f64());
-            let used = used_by_axes(&path, &motion, &limits, 10_000);
+            let used = used_by_axes(&path, &motion, &limits, 5000);
             worst = std::array::from_fn(|i| worst[i].max(used[i]));
             if !used.iter().all(|share| *share <= KEPT) {
                 println!("case {case}: {used:?} {limits:?}\n{steps:?}\n{:?}", motion.overrides());
@@ -176,7 +173,6 @@ fn changes_keep_the_limits_of_the_axes() {
             holds += stands_where_held(&motion);
         }
     }
-    println!("{worst:?} {holds} {slowest}");
     assert!(holds > 20 && worst.iter().all(|share| *share <= KEPT), "{worst:?}, {holds} holds");
 }
 
@@ -187,15 +183,16 @@ fn a_hold_under_limits_of_the_axes_is_prompt() {
         AxisLimits { velocity_mm_s: [80.0, 150.0], acceleration_mm_s2: [2000.0, 1500.0], jerk_mm_s3: [5e4, 4e4] };
     let planner = AxisLimited::new(limits);
     let plan = planner.plan(path.length_mm(), shape(&path)).unwrap().motion;
-    let mut longest = 0.0_f64;
-    for i in 1..100 {
-        let at_s = 0.01 * f64::from(i) * plan.total_s();
+    let (mut longest, mut sum) = (0.0_f64, 0.0);
+    for i in 1..20 {
+        let at_s = 0.05 * f64::from(i) * plan.total_s();
         let how = FeedOverride { steps: vec![step(at_s, 0.0, 0.0), step(at_s + 0.4, 1.0, 0.0)] };
-        let start = std::time::Instant::now();
         let motion = planner.with_override(&plan, &how, shape(&path)).unwrap();
-        println!("{at_s:.4} {:.1?}: {:?} {:?}", start.elapsed(), motion.overrides().iter().map(|c| (c.transition_s, c.reached)).collect::<Vec<_>>(), used_by_axes(&path, &motion, &limits, 10_000));
+        let used = used_by_axes(&path, &motion, &limits, 3000);
+        assert!(used.iter().all(|share| *share <= KEPT), "{at_s}: {used:?}");
         longest = longest.max(motion.overrides()[0].transition_s);
+        sum += motion.overrides()[0].transition_s;
     }
-    println!("{longest}");
-    assert!(longest < 0.2);
+    // From 150 mm/s: v/a + a/j is 0.14 s. Where the plan speeds up or slows down at the limits itself that has to end first.
+    assert!(longest < 0.21 && sum / 19.0 < 0.12, "{longest} {sum}");
 }

@@ -96,7 +96,9 @@ fn what_came_of(change: &OverrideSummary) -> String {
     let asked = change.asked_transition_s.filter(|asked| change.transition_s > 1.001 * asked);
     match (change.reached_percent, asked) {
         (Some(reached), _) => format!("from {at} s on, cut off at {} % after {within} s", short(reached, 4)),
-        (None, Some(asked)) => format!("from {at} s on, within {within} s: the limits need longer than {} s", short(asked, 4)),
+        (None, Some(asked)) => {
+            format!("from {at} s on, within {within} s: the limits need longer than {} s", short(asked, 4))
+        }
         (None, None) => format!("from {at} s on, within {within} s"),
     }
 }

@@ -81,7 +81,9 @@ pub enum FeedrateError {
         curvature_1_mm: f64,
     },
     /// The steps of a feed override are not in the order of time.
-    #[error("the feed override changes at {at_s} s after a change at {before_s} s: its changes must be in the order of time")]
+    #[error(
+        "the feed override changes at {at_s} s after a change at {before_s} s: its changes must be in the order of time"
+    )]
     OverrideOrder {
         /// Which step, from 0.
         step: usize,

@@ -70,15 +70,25 @@ pub(super) fn scenario(raw: &RawScenario, default_name: &str, source: &str) -> R
     };
     match scenario.simulation().map(|simulation| simulation.samples()) {
         Ok(_) => Ok(scenario),
-        Err(error) => Err(vec![whole(&error, raw)]),
+        Err(error) => Err(vec![whole(&error, raw, &scenario)]),
     }
 }
 
 /// A problem of values that are fine one by one.
-fn whole(error: &SimulationError, raw: &RawScenario) -> Diagnostic {
+fn whole(error: &SimulationError, raw: &RawScenario, scenario: &Scenario) -> Diagnostic {
     let feed = raw.feedrate.feed_mm_s.span();
     let problem = Diagnostic::new(error.to_string());
+    // A plan that would be short enough without its override.
+    let by_override = || {
+        let motion = scenario.profile.motion(&*scenario.path, scenario.feed_mm_s).ok()?;
+        let plan = Scenario { motion, ..scenario.clone() };
+        plan.simulation().ok()?;
+        raw.feedrate.feed_override.last()
+    };
     match error {
+        SimulationError::TooLong { .. } if let Some(last) = by_override() => problem
+            .at(last.at_s.span())
+            .help("the feed override makes the run so long: end the hold earlier, or raise `percent`"),
         SimulationError::TooLong { .. } => {
             let place = raw.control.period_s.as_ref().map_or(feed, Spanned::span);
             problem.at(place).help("raise `period_s` or `feed_mm_s`, lower `settling_s`, or shorten the path")

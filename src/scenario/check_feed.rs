@@ -4,9 +4,7 @@ use super::FeedProfile;
 use super::check::{Planned, Problems, of_feedrate};
 use super::diagnostics::Diagnostic;
 use super::file::{RawAxisLimited, RawFeedrate};
-use crate::feedrate::{
-    AxisLimits, FeedOverride, FeedrateError, MAX_OVERRIDE_STEPS, Motion, OverrideStep, positive,
-};
+use crate::feedrate::{AxisLimits, FeedOverride, FeedrateError, MAX_OVERRIDE_STEPS, Motion, OverrideStep, positive};
 use crate::path::Path;
 
 /// The motion under axis limits, and none while the path is not known or the feed is wrong.

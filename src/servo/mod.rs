@@ -38,4 +38,3 @@ pub use lockup::{Lockup, LockupKind, LockupWatch};
 pub use parameters::{AxisParameters, Derivative, Drive, LoopSettings, Pdff, Plant, ServoError};
 pub use real_axis::{DriveSignals, RealAxis};
 pub use real_drive::{ControllerGains, ControllerKind, RealDrive};
-

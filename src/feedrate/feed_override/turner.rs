@@ -10,8 +10,18 @@ const TOLERANCE: f64 = 2.5e-4;
 /// Into how many steps the shortest change is cut.
 const PARTS: f64 = 100.0;
 
+/// The largest `f''` in a step, as its share of the size of the change over the step's square: what lies within the step then stays as small
+/// as the tolerance. The shortest change needs `4/PARTS²`.
+const FREE: f64 = 2e-3;
+
 /// Steps of one change after which they grow: it waits for the plan to leave it something.
 const QUICK_STEPS: u32 = 800;
+
+/// The shortest step, as a share of the time in which the acceleration builds up.
+const FINEST: f64 = 2.5e-4;
+
+/// Steps without much progress after which it is a long wait.
+const LONG_WAIT: u32 = 60;
 
 /// Steps after which a change is given up where it is.
 const MOST_STEPS: u32 = 8000;
@@ -93,13 +103,17 @@ fn shortest_s(size: f64, slope: f64, bend: f64) -> f64 {
 }
 
 impl<'a, const D: usize> Turner<'a, D> {
-    pub(super) fn new(
-        plan: &'a Motion,
-        bounds: Bounds<D>,
-        row: &'a mut dyn FnMut(&MotionSample) -> Row<D>,
-    ) -> Self {
-        let change =
-            Change { share: 1.0, size: 0.0, asked_s: 0.0, steps: 0, index: None, renewed: false, whole: false, done: true };
+    pub(super) fn new(plan: &'a Motion, bounds: Bounds<D>, row: &'a mut dyn FnMut(&MotionSample) -> Row<D>) -> Self {
+        let change = Change {
+            share: 1.0,
+            size: 0.0,
+            asked_s: 0.0,
+            steps: 0,
+            index: None,
+            renewed: false,
+            whole: false,
+            done: true,
+        };
         Self {
             road: Road::new(plan, row),
             bounds,
@@ -136,16 +150,8 @@ impl<'a, const D: usize> Turner<'a, D> {
             size = size.max(0.2 * self.change.size);
         }
         self.step = index;
-        self.change = Change {
-            share,
-            size,
-            asked_s,
-            steps: 0,
-            index: change,
-            renewed: false,
-            whole: false,
-            done: after_the_end,
-        };
+        self.change =
+            Change { share, size, asked_s, steps: 0, index: change, renewed: false, whole: false, done: after_the_end };
         if after_the_end {
             return;
         }
@@ -170,13 +176,11 @@ impl<'a, const D: usize> Turner<'a, D> {
         }
         self.advance(f64::INFINITY);
         self.close_change();
-        match self.total_s {
-            Some(total_s) => Ok((self.pieces, self.changes, total_s)),
-            None => {
-                let at_s = self.changes.last().map_or(0.0, |change| change.at_s);
-                Err(FeedrateError::HeldForEver { step: self.step, at_s })
-            }
+        if let Some(total_s) = self.total_s {
+            return Ok((self.pieces, self.changes, total_s));
         }
+        let at_s = self.changes.last().map_or(0.0, |change| change.at_s);
+        Err(FeedrateError::HeldForEver { step: self.step, at_s })
     }
 
     /// Notes how the change that goes on ended.
@@ -297,7 +301,7 @@ impl<'a, const D: usize> Turner<'a, D> {
                 let (slope, bend) = self.most(&row);
                 let natural = shortest_s(self.change.size, slope, bend);
                 // Fine enough for the time in which the acceleration builds up, too.
-                natural.min(0.1 * PARTS * slope / bend).max(0.1 * natural)
+                natural.min(0.1 * PARTS * slope / bend).max(0.1 * natural).max(FINEST * PARTS * slope / bend)
             }
             None => 0.0,
         };
@@ -320,7 +324,7 @@ impl<'a, const D: usize> Turner<'a, D> {
 
     /// The largest bend that is worth a thought.
     fn most_bend(&self, step_s: f64) -> f64 {
-        let free = 0.02 / (step_s * step_s) * self.change.size;
+        let free = FREE / (step_s * step_s) * self.change.size;
         let asked = self.change.asked_s;
         if asked > 0.0 { free.min(4.0 * self.change.size / (asked * asked)) } else { free }
     }
@@ -347,7 +351,7 @@ impl<'a, const D: usize> Turner<'a, D> {
         if self.state.slope * direction < 0.0 || self.change.steps > MOST_STEPS {
             if !self.change.renewed {
                 self.change.renewed = true;
-                let free = 0.02 / (length * length) * self.change.size.max(self.state.share);
+                let free = FREE / (length * length) * self.change.size.max(self.state.share);
                 let mut steps = std::mem::take(&mut self.spare);
                 if let Some(end) = self.brake(self.state, free, length, &mut steps)
                     && end.share >= 0.0
@@ -374,7 +378,10 @@ impl<'a, const D: usize> Turner<'a, D> {
             // Between what surely can be done and what is too much.
             let (mut low, mut high) = (if first_s < length { 0.0 } else { first }, boldest);
             let mut found = None;
-            for _ in 0..HALVINGS {
+            // A long wait is looked at less closely.
+            let creeping = self.state.slope.abs() * PARTS * length < 0.05 * self.change.size;
+            let waiting = self.change.steps > LONG_WAIT && creeping;
+            for _ in 0..if waiting { 2 } else { HALVINGS } {
                 let middle = 0.5 * (low + high);
                 let tried = self.trial(middle, length, goal, direction, most);
                 too_far |= tried == Trial::TooFar;
@@ -391,15 +398,21 @@ impl<'a, const D: usize> Turner<'a, D> {
                 self.close_change();
                 return self.come_back();
             }
-            if (too_far || found.is_none()) && self.land(goal, most, length) {
+            let lands = too_far || found.is_none();
+            if lands && self.land(goal, most, length) {
                 return self.follow(length, until);
             }
-            if let Some(found) = found {
+            let every = if waiting { 24 } else { 3 };
+            let deep = !too_far && goal <= 1.0 && self.change.steps % every == 1;
+            if deep && self.fall(goal, direction, most, length) {
+                return self.follow(length, until);
+            }
+            // What has begun as some bold steps goes on as such.
+            let planned = self.way_out.steps.last().map_or(0.0, |&(bend, _)| bend * direction);
+            if let Some(found) = found.filter(|found| found * direction > planned) {
                 bend = found;
                 // The way out is that of the last trial that was fine.
                 trial = self.trial(bend, length, goal, direction, most);
-            } else if !too_far && goal <= 1.0 && self.change.steps % 2 == 1 && self.fall(goal, direction, most, length) {
-                return self.follow(length, until);
             }
         }
         match trial {
@@ -559,7 +572,7 @@ impl<'a, const D: usize> Turner<'a, D> {
         let bounds = self.bounds;
         // At the start alone, then over the step that follows from it.
         let mut bend = 0.0;
-        for round in 0..3 {
+        for round in 0..8 {
             let (mut low, mut high) = (-most, most);
             let mut seen = 0;
             self.road.walk(from, (bend, length), |row, f, g| {
@@ -576,7 +589,11 @@ impl<'a, const D: usize> Turner<'a, D> {
                 seen += 1;
                 round > 0 || seen < 1
             });
+            let before = bend;
             bend = if low <= high { wanted.clamp(low, high) } else { 0.5 * (low + high) };
+            if round > 0 && (bend - before).abs() <= 0.1 * TOLERANCE * bend.abs() {
+                break;
+            }
         }
         bend
     }
@@ -644,6 +661,12 @@ impl<'a, const D: usize> Turner<'a, D> {
         }
         let bend = -slope / whole;
         if bend.abs() > most * (1.0 + 1e-6) {
+            return false;
+        }
+        // Not before it needs most of what there is.
+        let from = self.state;
+        let able = self.within_jerk(&from, most * bend.signum(), most, length);
+        if whole > 4.0 * length && bend.abs() < 0.8 * able.abs() {
             return false;
         }
         if goal > 1.0

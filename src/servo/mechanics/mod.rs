@@ -161,12 +161,7 @@ impl Machine {
                 let needed = length_s > 0.0 && (!free || gapped) && (!stuck || sticks);
                 if needed { linear.grid(tick_s, free, stuck) } else { Vec::new() }
             });
-            Part {
-                ticks: if length_s > 0.0 { whole(pieces) * TICKS } else { 0 },
-                begin_s,
-                tick_s,
-                grids,
-            }
+            Part { ticks: if length_s > 0.0 { whole(pieces) * TICKS } else { 0 }, begin_s, tick_s, grids }
         };
         let switch_s = switch_share * period_s;
         let parts = [part(0.0, switch_s), part(switch_s, period_s - switch_s)];

@@ -254,11 +254,8 @@ impl Machine {
             trial.ripple = self.forces.ripple(angle);
             let last = trial.z[MOTOR] * h;
             let [value, slope, curvature] = [trial.ripple[0], trial.ripple[1] * last, trial.ripple[2] * (last * last)];
-            let ends = [
-                value - (waves[0] + (waves[1] + 0.5 * waves[2])),
-                slope - (waves[1] + waves[2]),
-                curvature - waves[2],
-            ];
+            let ends =
+                [value - (waves[0] + (waves[1] + 0.5 * waves[2])), slope - (waves[1] + waves[2]), curvature - waves[2]];
             // What the quintic misses of a wave, what the acceleration and the foreseen angle do.
             let square = last * last;
             let further = (step.motor_end[0][PLACE] + step.motor_end[0][TWIST]) * ends[0];
@@ -430,8 +427,11 @@ impl Machine {
                 let (speed, further) = if stops { (more, 0.5 * more) } else { (0.5 * more, more / 6.0) };
                 self.set_speed(speed * late_s, further * (late_s * late_s));
             }
-            [self.state.friction, self.state.steep] =
-                if self.state.stuck { [0.0; 2] } else { self.forces.slipping(self.state.direction, self.state.z[TABLE]) };
+            [self.state.friction, self.state.steep] = if self.state.stuck {
+                [0.0; 2]
+            } else {
+                self.forces.slipping(self.state.direction, self.state.z[TABLE])
+            };
         } else if self.turns && self.state.direction * self.state.z[TABLE] < 0.0 {
             // Further than here it has been when it turned.
             let furthest = self.state.z[PLACE] - 0.5 * self.state.z[TABLE] * late_s;
@@ -474,7 +474,11 @@ fn crossing(ends: [f64; 2], change: [f64; 2]) -> f64 {
     for _ in 0..5 {
         let value = from + x * (first + x * (square + x * cube));
         let slope = first + x * (2.0 * square + x * (3.0 * cube));
-        if value > 0.0 { low = x } else { high = x }
+        if value > 0.0 {
+            low = x
+        } else {
+            high = x
+        }
         let newton = x - value / slope;
         x = if newton > low && newton < high { newton } else { 0.5 * (low + high) };
     }
