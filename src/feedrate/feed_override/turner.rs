@@ -344,6 +344,15 @@ impl<'a, const D: usize> Turner<'a, D> {
         }
         self.change.steps += 1;
         let direction = if goal < self.state.share { -1.0 } else { 1.0 };
+        let left = (goal - self.state.share).abs();
+        if self.state.slope == 0.0 && left < 0.05 * self.change.size {
+            // What is left is a change of its own, in steps of its own size; of rounding size it is none.
+            (self.change.size, self.change.asked_s) = (left, 0.0);
+            if left < 1e-12 {
+                self.state.share = goal;
+                return;
+            }
+        }
         let length = self.step_s();
         let width = (2.0 * length * self.state.share.clamp(0.02, 2.0)).max(1e-12 * (1.0 + self.end));
         self.road.set_width(width);
@@ -378,6 +387,14 @@ impl<'a, const D: usize> Turner<'a, D> {
             // Between what surely can be done and what is too much.
             let (mut low, mut high) = (if first_s < length { 0.0 } else { first }, boldest);
             let mut found = None;
+            if low == 0.0 && self.state.slope != 0.0 {
+                // On as it goes, or else so that the pace is steady after this step.
+                if self.trial(0.0, length, goal, direction, most) == Trial::Fine {
+                    found = Some(0.0);
+                } else {
+                    (low, high) = (-self.state.slope / length, 0.0);
+                }
+            }
             // A long wait is looked at less closely.
             let creeping = self.state.slope.abs() * PARTS * length < 0.05 * self.change.size;
             let waiting = self.change.steps > LONG_WAIT && creeping;
@@ -666,7 +683,7 @@ impl<'a, const D: usize> Turner<'a, D> {
         // Not before it needs most of what there is.
         let from = self.state;
         let able = self.within_jerk(&from, most * bend.signum(), most, length);
-        if whole > 4.0 * length && bend.abs() < 0.8 * able.abs() {
+        if whole > 4.0 * length && bend.abs() < 0.97 * able.abs() {
             return false;
         }
         if goal > 1.0
