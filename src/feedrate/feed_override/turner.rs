@@ -27,11 +27,14 @@ const LONG_WAIT: u32 = 60;
 const MOST_STEPS: u32 = 8000;
 
 /// Steps to a steady share that are looked ahead.
-const MOST_AHEAD: usize = 1000;
+const MOST_AHEAD: usize = 250;
 
 /// The most bold steps in a row that are tried where one alone has no way out: a deep fall of the pace may keep limits that a shallow one
 /// does not.
 const MOST_BOLD: usize = 128;
+
+/// Most numbers of bold steps that are tried one by one.
+const MOST_LOOKS: usize = 16;
 
 /// Halvings between a step that is too large and one that is not.
 const HALVINGS: u32 = 7;
@@ -479,6 +482,7 @@ impl<'a, const D: usize> Turner<'a, D> {
                 Trial::TooFar => {
                     found = (looked + 1..bold.len())
                         .rev()
+                        .take(MOST_LOOKS)
                         .any(|count| self.falls(&bold, count, goal, direction, most, length) == Trial::Fine);
                     break;
                 }
@@ -731,6 +735,9 @@ impl<'a, const D: usize> Turner<'a, D> {
             step
         };
         let tries = if asked_s > SLOW * natural { 30 } else { 1 };
+        // All of it is looked at: not in panels as narrow as for the shortest change.
+        let width = (0.02 * asked_s.min(SLOW * natural)).clamp(1e-4 * self.end, 0.01 * self.end);
+        self.road.restart(self.state.tau, width);
         let direction = (goal - self.state.share).signum();
         let parts = (asked_s / natural * 20.0).clamp(PARTS, 5e3);
         for _ in 0..tries {
@@ -747,5 +754,6 @@ impl<'a, const D: usize> Turner<'a, D> {
             }
             asked_s *= 1.5;
         }
+        self.restart();
     }
 }
