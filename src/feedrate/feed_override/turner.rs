@@ -361,18 +361,7 @@ impl<'a, const D: usize> Turner<'a, D> {
         self.road.set_width(width);
         let most = self.most_bend(length);
         if self.state.slope * direction < 0.0 || self.change.steps > MOST_STEPS {
-            if !self.change.renewed {
-                self.change.renewed = true;
-                let free = FREE / (length * length) * self.change.size.max(self.state.share);
-                let mut steps = std::mem::take(&mut self.spare);
-                if let Some(end) = self.brake(self.state, free, length, &mut steps)
-                    && end.share >= 0.0
-                {
-                    self.way_out.share = end.share;
-                    std::mem::swap(&mut self.way_out.steps, &mut steps);
-                }
-                self.spare = steps;
-            }
+            self.renew(length);
             if self.state.slope == 0.0 && self.change.steps > MOST_STEPS {
                 // It stays where it is.
                 self.change.share = self.state.share;
@@ -385,6 +374,13 @@ impl<'a, const D: usize> Turner<'a, D> {
         let boldest = self.within_jerk(&from, direction * most, most, length);
         let mut bend = boldest;
         let mut trial = self.trial(boldest, length, goal, direction, most);
+        if trial == Trial::TooMuch {
+            // Along a limit of the acceleration.
+            let along = self.within_acceleration(&from, boldest, length);
+            if self.trial(along, length, goal, direction, most) == Trial::Fine {
+                (bend, trial) = (along, Trial::Fine);
+            }
+        }
         let mut too_far = trial == Trial::TooFar;
         if matches!(trial, Trial::TooMuch | Trial::TooFar) {
             // Between what surely can be done and what is too much.
@@ -543,6 +539,22 @@ impl<'a, const D: usize> Turner<'a, D> {
             bend = if low <= high { wanted.clamp(low, high) } else { 0.5 * (low + high) };
         }
         bend
+    }
+
+    /// Makes the way out the quickest there is, once a change: that of the change before may be a slow one.
+    fn renew(&mut self, length: f64) {
+        if std::mem::replace(&mut self.change.renewed, true) {
+            return;
+        }
+        let free = FREE / (length * length) * self.change.size.max(self.state.share);
+        let mut steps = std::mem::take(&mut self.spare);
+        if let Some(end) = self.brake(self.state, free, length, &mut steps)
+            && end.share >= 0.0
+        {
+            self.way_out.share = end.share;
+            std::mem::swap(&mut self.way_out.steps, &mut steps);
+        }
+        self.spare = steps;
     }
 
     /// Does the first step of the way out, or none at a steady share.
