@@ -154,7 +154,8 @@ fn used_by_axes(path: &dyn Path<2>, motion: &Motion, limits: &AxisLimits<2>, tim
 #[test]
 fn changes_keep_the_limits_of_the_axes() {
     let path = alpha();
-    let mut rng = Xoshiro256PlusPlus::seed_from_u64(43);
+    // A seed that has found a change, cut off on its way up, that would have gone on beyond 100 %.
+    let mut rng = Xoshiro256PlusPlus::seed_from_u64(1043);
     let (mut worst, mut holds) = ([0.0_f64; 3], 0);
     for _ in 0..3 {
         let mut two = |low: f64, high: f64| [(); 2].map(|()| 10.0_f64.powf(rng.random_range(low..high)));

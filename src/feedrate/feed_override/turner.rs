@@ -333,6 +333,7 @@ impl<'a, const D: usize> Turner<'a, D> {
     }
 
     /// One step of the pace towards the goal, at most up to a time.
+    #[allow(clippy::too_many_lines)] // one decision after the other
     fn step(&mut self, goal: f64, until: f64) {
         if self.change.asked_s > 0.0
             && self.state.share > 1.0
@@ -550,6 +551,7 @@ impl<'a, const D: usize> Turner<'a, D> {
         let mut steps = std::mem::take(&mut self.spare);
         if let Some(end) = self.brake(self.state, free, length, &mut steps)
             && end.share >= 0.0
+            && (end.share <= 1.0 || self.state.slope < 0.0)
         {
             self.way_out.share = end.share;
             std::mem::swap(&mut self.way_out.steps, &mut steps);
