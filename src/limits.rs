@@ -4,6 +4,7 @@ use std::fmt;
 
 use serde::{Deserialize, Deserializer, Serialize, Serializer};
 
+use crate::feedrate::{AxisLimits, OverrideChange};
 use crate::servo::Lockup;
 
 /// Names of the axes, in the order of the path's coordinates.
@@ -18,10 +19,12 @@ pub struct Limits {
     pub tracking_error_um: Option<f64>,
     /// Largest voltage of any axis, either sign \[V\].
     pub voltage_v: Option<f64>,
-    /// Largest acceleration along the path \[mm/s²\].
+    /// Largest acceleration along the path \[mm/s²\]; of any axis where [`Limits::axes`] are set.
     pub accel_mm_s2: Option<f64>,
-    /// Largest jerk along the path \[mm/s³\].
+    /// Largest jerk along the path \[mm/s³\]; of any axis where [`Limits::axes`] are set.
     pub jerk_mm_s3: Option<f64>,
+    /// The limits of X and Y that the feed is planned under: the commands are held to them to 0.1 %.
+    pub axes: Option<AxisLimits<2>>,
 }
 
 /// Share of a limit that a value may be above it: rounding breaks no limit. A feed of 100 mm/s reached in 0.05 s is an
@@ -32,6 +35,13 @@ const ROUNDING: f64 = 1e-9;
 pub fn is_kept(value: f64, limit: f64) -> bool {
     value <= limit * (1.0 + ROUNDING)
 }
+
+/// Share of an axis' limit that a feed planned under it may be above it between the places where it was looked at.
+const PLANNED: f64 = 1e-3;
+
+/// What the limits of the axes are called.
+const AXIS_LIMITS: [[&str; 3]; 2] =
+    [["x.velocity_mm_s", "x.accel_mm_s2", "x.jerk_mm_s3"], ["y.velocity_mm_s", "y.accel_mm_s2", "y.jerk_mm_s3"]];
 
 /// One limit held against what a run reached.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -74,24 +84,55 @@ pub struct Peaks {
     pub accel_mm_s2: f64,
     /// See [`Limits::jerk_mm_s3`].
     pub jerk_mm_s3: f64,
+    /// Commanded velocity \[mm/s\], acceleration \[mm/s²\] and jerk \[mm/s³\] of X and of Y.
+    pub axes: [[f64; 3]; 2],
+}
+
+/// A limit that is set.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Held {
+    pub(crate) name: &'static str,
+    pub(crate) value: f64,
+    pub(crate) limit: f64,
+    pub(crate) kept: bool,
 }
 
 impl Limits {
-    /// Holds every limit that is set against `peaks`.
-    pub fn check(&self, peaks: &Peaks) -> Vec<LimitCheck> {
-        [
+    /// How many limits there are.
+    pub(crate) const COUNT: usize = 11;
+
+    /// Holds every limit against `peaks`; none for those that are not set.
+    pub(crate) fn held(&self, peaks: &Peaks) -> [Option<Held>; Self::COUNT] {
+        let most = |k: usize| peaks.axes[0][k].max(peaks.axes[1][k]);
+        let along = [
             ("contour_error_um", peaks.contour_error_um, self.contour_error_um),
             ("tracking_error_um", peaks.tracking_error_um, self.tracking_error_um),
             ("voltage_v", peaks.voltage_v, self.voltage_v),
-            ("accel_mm_s2", peaks.accel_mm_s2, self.accel_mm_s2),
-            ("jerk_mm_s3", peaks.jerk_mm_s3, self.jerk_mm_s3),
-        ]
-        .into_iter()
-        .filter_map(|(name, value, limit)| {
-            let limit = limit?;
-            Some(LimitCheck { name: name.to_owned(), value, limit, kept: is_kept(value, limit) })
-        })
-        .collect()
+            // A feed that is planned axis by axis knows no limits along the path: two axes together are faster than one.
+            ("accel_mm_s2", if self.axes.is_some() { most(1) } else { peaks.accel_mm_s2 }, self.accel_mm_s2),
+            ("jerk_mm_s3", if self.axes.is_some() { most(2) } else { peaks.jerk_mm_s3 }, self.jerk_mm_s3),
+        ];
+        let mut all = [None; Self::COUNT];
+        for (i, (held, (name, value, limit))) in all.iter_mut().zip(along).enumerate() {
+            let slack = if i >= 3 && self.axes.is_some() { 1.0 + PLANNED } else { 1.0 };
+            *held = limit.map(|limit| Held { name, value, limit, kept: is_kept(value, limit * slack) });
+        }
+        if let Some(axes) = &self.axes {
+            for axis in 0..2 {
+                let limits = [axes.velocity_mm_s[axis], axes.acceleration_mm_s2[axis], axes.jerk_mm_s3[axis]];
+                for (k, limit) in limits.into_iter().enumerate() {
+                    let value = peaks.axes[axis][k];
+                    let kept = is_kept(value, limit * (1.0 + PLANNED));
+                    all[5 + 3 * axis + k] = Some(Held { name: AXIS_LIMITS[axis][k], value, limit, kept });
+                }
+            }
+        }
+        all
+    }
+    /// Holds every limit that is set against `peaks`.
+    pub fn check(&self, peaks: &Peaks) -> Vec<LimitCheck> {
+        let check = |Held { name, value, limit, kept }| LimitCheck { name: name.to_owned(), value, limit, kept };
+        self.held(peaks).into_iter().flatten().map(check).collect()
     }
 }
 
@@ -146,10 +187,8 @@ pub enum Event {
     },
     /// The feed override begins to change.
     OverrideChanged {
-        /// The share of the planned feed that it changes to: 0 is a feed hold.
-        share: f64,
-        /// How long the change takes \[s\].
-        transition_s: f64,
+        /// To what, and what comes of it.
+        change: OverrideChange,
         /// When \[s\].
         time_s: f64,
     },
@@ -200,10 +239,21 @@ impl fmt::Display for Event {
                 lockup.error_mm,
                 lockup.kind
             ),
-            Self::OverrideChanged { share, transition_s, .. } if *share > 0.0 => {
-                write!(f, "feed override: {} % within {transition_s:.4} s", 100.0 * share)
+            Self::OverrideChanged { change, .. } => {
+                let &OverrideChange { share, asked_s, transition_s, reached, after_the_end, .. } = change;
+                let what =
+                    if share > 0.0 { format!("feed override: {} %", 100.0 * share) } else { "feed hold".to_owned() };
+                if after_the_end {
+                    return write!(f, "{what}, after the end of the motion: no effect");
+                }
+                write!(f, "{what}{} within {transition_s:.4} s", if share > 0.0 { "" } else { ": at rest" })?;
+                if reached != share {
+                    write!(f, ", cut off at {:.1} %", 100.0 * reached)?;
+                } else if asked_s > 0.0 && transition_s > 1.001 * asked_s {
+                    write!(f, " ({asked_s} s was asked for: the limits need longer)")?;
+                }
+                Ok(())
             }
-            Self::OverrideChanged { transition_s, .. } => write!(f, "feed hold: at rest within {transition_s:.4} s"),
             Self::Interrupted { .. } => f.write_str("interrupted by the user"),
         }
     }

@@ -2,7 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
-use crate::feedrate::OverrideStep;
+use crate::feedrate::OverrideChange;
 use crate::limits::{AXIS_NAMES, Event, LimitCheck, Limits, Peaks, finite_or_null, null_is_infinite};
 use crate::optimize::Step;
 use crate::simulation::{Observer, ObserverError, Period, RunPlan};
@@ -75,8 +75,17 @@ pub struct OverrideSummary {
     pub at_s: f64,
     /// The share of the planned feed that it changes to: 0 is a feed hold.
     pub percent: f64,
-    /// How long the change takes.
+    /// How long the change takes, to its share or to where the next change or the end of the motion cuts it off.
     pub transition_s: f64,
+    /// The length that was asked for, where there is one: the limits may need longer.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub asked_transition_s: Option<f64>,
+    /// The share that it comes to, where it is another than `percent`.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub reached_percent: Option<f64>,
+    /// Whether it comes after the end of the motion and has no effect; the key is missing where it does not.
+    #[serde(default, skip_serializing_if = "std::ops::Not::not")]
+    pub after_the_end: bool,
 }
 
 /// Figures of one axis.
@@ -156,6 +165,8 @@ pub struct SummaryObserver<const A: usize> {
     tracking: SquareSum,
     saturated: u64,
     axes: [AxisFigures; A],
+    /// Commanded velocity, acceleration and jerk of X and Y, where there are limits for them.
+    peak_axes: [[f64; 3]; 2],
     lockup: Option<String>,
 }
 
@@ -184,6 +195,7 @@ impl<const A: usize> SummaryObserver<A> {
             tracking: SquareSum::default(),
             saturated: 0,
             axes: [AxisFigures::default(); A],
+            peak_axes: [[0.0; 3]; 2],
             lockup: None,
         }
     }
@@ -253,6 +265,7 @@ impl<const A: usize> SummaryObserver<A> {
                 voltage_v: peak_voltage_v,
                 accel_mm_s2: self.peak_accel_mm_s2,
                 jerk_mm_s3: self.peak_jerk_mm_s3,
+                axes: self.peak_axes,
             }),
             recording: self.recording.clone(),
             n_c_search: self.n_c_search.clone(),
@@ -275,10 +288,14 @@ impl<const A: usize> Observer<A> for SummaryObserver<A> {
         self.feed_mm_s = totals.feed_mm_s;
         self.peak_accel_mm_s2 = totals.peaks.accel_mm_s2;
         self.peak_jerk_mm_s3 = totals.peaks.jerk_mm_s3;
-        let figures = |step: &OverrideStep| OverrideSummary {
-            at_s: step.at_s,
-            percent: 100.0 * step.share,
-            transition_s: step.transition_s,
+        let figures = |change: &OverrideChange| OverrideSummary {
+            at_s: change.at_s,
+            percent: 100.0 * change.share,
+            transition_s: change.transition_s,
+            asked_transition_s: (change.asked_s > 0.0).then_some(change.asked_s),
+            reached_percent: (!change.after_the_end && change.reached != change.share)
+                .then_some(100.0 * change.reached),
+            after_the_end: change.after_the_end,
         };
         self.overrides = plan.overrides.iter().map(figures).collect();
         self.period_s = plan.settings.period_s;
@@ -305,6 +322,13 @@ impl<const A: usize> Observer<A> for SummaryObserver<A> {
             any |= signals.saturated;
         }
         self.saturated += u64::from(any);
+        if self.limits.axes.is_some() {
+            let at = &period.setpoint;
+            for (axis, peaks) in self.peak_axes.iter_mut().enumerate().take(A) {
+                let now = [at.velocity_mm_s[axis], at.acceleration_mm_s2[axis], at.jerk_vector_mm_s3[axis]];
+                peaks.iter_mut().zip(now).for_each(|(peak, now)| *peak = peak.max(now.abs()));
+            }
+        }
         Ok(())
     }
 

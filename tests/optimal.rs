@@ -268,11 +268,13 @@ fn validates_an_override_against_its_differences_and_keeps_the_path() {
     // Half the feed, a hold, and on with the plan.
     let how = FeedOverride { steps: vec![step(0.1, 0.5), step(0.4, 0.0), step(0.8, 1.0)] };
     let motion = plan.with_override(&how).unwrap();
-    assert_eq!(motion.overrides(), how.steps);
+    let told: Vec<_> = motion.overrides().iter().map(|c| step(c.at_s, c.reached)).collect();
+    assert_eq!(told, how.steps);
     // Time lost: a change costs the mean of its ends.
-    let lost = 0.1 * 0.25 + 0.2 * 0.5 + 0.1 * 0.75 + 0.3 + 0.1 * 0.5;
-    assert!((motion.total_s() - plan.total_s() - lost).abs() < 1e-12, "{} {}", motion.total_s(), plan.total_s());
-    let held = motion.at(0.55);
+    let long: Vec<f64> = motion.overrides().iter().map(|change| change.transition_s).collect();
+    assert!(long.iter().all(|long| (0.1 - 1e-9..0.2).contains(long)), "{long:?}");
+    assert!(motion.total_s() > plan.total_s() + 0.1 * 0.25 + 0.2 * 0.5 + 0.1 * 0.75 + 0.3 - long[1] + 0.1 * 0.5);
+    let held = motion.at(0.65);
     assert_eq!((held.feed_mm_s, held.accel_mm_s2, held.jerk_mm_s3), (0.0, 0.0, 0.0));
     assert_eq!(motion.at(0.79).s_mm, held.s_mm);
     assert_eq!(motion.at(motion.total_s()).s_mm, alpha().length_mm());
@@ -289,8 +291,7 @@ fn validates_an_override_against_its_differences_and_keeps_the_path() {
         assert!(((after.s_mm - before.s_mm) / (2.0 * h) - at.feed_mm_s).abs() < 1e-3, "{t} {at:?}");
         assert!(((after.feed_mm_s - before.feed_mm_s) / (2.0 * h) - at.accel_mm_s2).abs() < 0.1, "{t} {at:?}");
         assert!(after.s_mm >= before.s_mm && at.feed_mm_s >= 0.0);
-        // The bound of the documentation.
-        assert!(at.accel_mm_s2.abs() <= plan.peaks().accel_mm_s2 + 1.875 * plan.peaks().feed_mm_s / transition_s);
+        assert!(at.accel_mm_s2.abs() <= 1.001 * plan.peaks().accel_mm_s2);
     }
     // A plan that ends while the pace changes, and one that ends before the next step.
     for at_s in [plan.total_s() - 0.03, plan.total_s() + 1.0] {
@@ -298,48 +299,57 @@ fn validates_an_override_against_its_differences_and_keeps_the_path() {
         assert!((late.at(late.total_s() - 1e-9).s_mm - alpha().length_mm()).abs() < 1e-6, "{}", late.total_s());
         assert!(late.total_s() >= plan.total_s() && late.total_s() < plan.total_s() + 0.03, "{}", late.total_s());
     }
+    // What comes after the end is told of and does nothing.
+    let late = plan.with_override(&FeedOverride { steps: vec![step(plan.total_s() + 0.1, 0.0)] }).unwrap();
+    assert!(late.overrides()[0].after_the_end && late.total_s() == plan.total_s() && late.at(0.3) == plan.at(0.3));
     // What changes nothing is the plan itself.
-    for steps in [vec![], vec![step(0.1, 1.0), step(0.4, 1.0)], vec![step(plan.total_s() + 0.1, 0.0)]] {
+    for steps in [vec![], vec![step(0.1, 1.0), step(0.4, 1.0)]] {
         let same = plan.with_override(&FeedOverride { steps }).unwrap();
         assert_eq!((same.overrides(), &same), (&[][..], &plan));
     }
 }
 
 #[test]
-fn changes_of_the_override_keep_the_limits_on_a_straight_line() {
+fn validates_changes_of_the_override_on_a_cruise_against_the_shortest_there_are() {
     let mut rng = Xoshiro256PlusPlus::seed_from_u64(14);
-    for case in 0..200 {
+    for case in 0..100 {
         let mut power = |low: f64, high: f64| 10.0_f64.powf(rng.random_range(low..high));
         let (feed, accel, jerk) = (power(1.0, 2.5), power(2.0, 4.0), power(3.5, 6.0));
         let line = Motion::plan(1e4, feed, Profile::JerkLimited { accel_mm_s2: accel, jerk_mm_s3: jerk }).unwrap();
-        let shares = [rng.random_range(0.0..1.0), 0.0, rng.random_range(0.1..1.0), 1.0];
-        let (mut steps, mut at_s, mut from) = (Vec::new(), line.phase_s() + 0.01, 1.0);
+        let accel = line.peaks().accel_mm_s2;
+        let shares = [rng.random_range(0.0..0.9), 0.0, rng.random_range(1.2..2.0), 1.0];
+        let (mut steps, mut at_s, mut from) = (Vec::new(), line.phase_s() + 0.01, 1.0_f64);
+        let mut shortest = Vec::new();
         for share in shares {
-            let transition = OverrideStep::shortest_transition_s(share - from, line.feed_mm_s(), accel, jerk);
-            steps.push(step(at_s, share, transition));
-            (at_s, from) = (at_s + transition + 0.1, share);
+            // Jerk, constant acceleration, jerk: between two feeds.
+            let change = feed * (share - from).abs();
+            let time = if change * jerk <= accel * accel {
+                2.0 * (change / jerk).sqrt()
+            } else {
+                change / accel + accel / jerk
+            };
+            steps.push(step(at_s, share, 0.0));
+            shortest.push(time);
+            (at_s, from) = (at_s + 1.5 * time + 0.1, share);
         }
         let end = at_s;
         let motion = line.with_override(&FeedOverride { steps }).unwrap();
-        let mut largest = [0.0_f64; 3];
-        let mut before = 0.0;
+        for (change, shortest) in motion.overrides().iter().zip(&shortest) {
+            let longer = change.transition_s / shortest;
+            assert!((0.999..1.12).contains(&longer), "case {case}: {change:?} {shortest}");
+            assert_eq!(change.reached, change.share);
+        }
+        let (mut largest, mut before) = ([0.0_f64; 2], 0.0);
         for i in 0..=20_000 {
             let m = motion.at(end * f64::from(i) / 20_000.0);
-            let shares = [m.feed_mm_s / feed, m.accel_mm_s2.abs() / accel, m.jerk_mm_s3.abs() / jerk];
-            (0..3).for_each(|k| largest[k] = largest[k].max(shares[k]));
+            largest[0] = largest[0].max(m.accel_mm_s2.abs() / accel);
+            largest[1] = largest[1].max(m.jerk_mm_s3.abs() / jerk);
             // But for the rounding of the plan's time.
             assert!(m.s_mm >= before * (1.0 - 1e-14), "case {case}: back at {i}");
             before = m.s_mm;
         }
-        assert!(largest.iter().all(|share| *share <= 1.0 + 1e-9), "case {case}: {feed} {accel} {jerk} {largest:?}");
+        assert!(largest.iter().all(|share| *share <= 1.001), "case {case}: {feed} {accel} {jerk} {largest:?}");
         assert_eq!(motion.at(motion.total_s()).s_mm, 1e4);
-        // No longer than they must be: one of the limits is met by the changes alone.
-        let mut met = 0.0_f64;
-        for i in 0..=20_000 {
-            let m = motion.at(line.phase_s() + 0.01 + (end - line.phase_s() - 0.01) * f64::from(i) / 20_000.0);
-            met = met.max(m.accel_mm_s2.abs() / accel).max(m.jerk_mm_s3.abs() / jerk);
-        }
-        assert!(met > 0.97, "case {case}: {met}");
     }
 }
 
@@ -353,7 +363,7 @@ fn overrides_that_cannot_be_are_told() {
         step(0.1, f64::NAN, 0.1),
         step(0.1, -0.1, 0.1),
         step(0.1, 2.1, 0.1),
-        step(0.1, 0.5, 0.0),
+        step(0.1, 0.5, -0.1),
         step(0.1, 0.5, f64::INFINITY),
     ] {
         assert!(matches!(told(vec![bad]), FeedrateError::OutOfRange { .. }), "{bad:?}");
@@ -361,9 +371,8 @@ fn overrides_that_cannot_be_are_told() {
     assert!(matches!(told(vec![step(0.1, 0.5, 0.1); 1001]), FeedrateError::OutOfRange { .. }));
     let held = told(vec![step(0.1, 0.5, 0.1), step(0.3, 0.0, 0.1)]);
     assert_eq!(held, FeedrateError::HeldForEver { step: 1, at_s: 0.3 });
-    let soon = told(vec![step(0.1, 0.5, 0.1), step(0.15, 1.0, 0.1)]);
-    assert!(matches!(soon, FeedrateError::OverrideTooSoon { step: 1, .. }), "{soon}");
-    assert!(matches!(told(vec![step(0.3, 0.5, 0.1), step(0.1, 1.0, 0.1)]), FeedrateError::OverrideTooSoon { .. }));
+    let order = told(vec![step(0.3, 0.5, 0.1), step(0.1, 1.0, 0.1)]);
+    assert!(matches!(order, FeedrateError::OverrideOrder { step: 1, .. }), "{order}");
 }
 
 /// Points on a course whose direction swings without repeating itself.

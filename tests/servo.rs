@@ -284,6 +284,7 @@ fn validates_each_limit_at_its_edge_and_by_magnitude() {
         for (limit, passed) in [(at[i], false), (at[i] * (1.0 - 1e-8), true)] {
             let one = |j: usize| (i == j).then_some(limit);
             let limits = Limits {
+                axes: None,
                 contour_error_um: one(0),
                 tracking_error_um: one(1),
                 voltage_v: one(2),

@@ -67,12 +67,15 @@ fn planned(file: &str, scenario: &Scenario) -> String {
         figure(scenario.motion.total_s(), 4),
         figure(peaks.jerk_mm_s3, 5),
     );
+    // A feed that is planned under limits of the axes keeps those: limits along the path are not its own.
+    let along = scenario.limits.axes.is_none();
     let limits = [
         ("accel_mm_s2", peaks.accel_mm_s2, scenario.limits.accel_mm_s2),
         ("jerk_mm_s3", peaks.jerk_mm_s3, scenario.limits.jerk_mm_s3),
     ];
     for (name, value, limit) in limits {
         if let Some(limit) = limit
+            && along
             && !is_kept(value, limit)
         {
             // Writing to a string does not fail.

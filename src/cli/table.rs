@@ -3,7 +3,7 @@
 use std::fmt::Write as _;
 
 use servosim::limits::LimitCheck;
-use servosim::summary::{AxisSummary, Summary};
+use servosim::summary::{AxisSummary, OverrideSummary, Summary};
 
 use super::output::{figure, margin, percent, printable, short};
 
@@ -77,14 +77,30 @@ fn plan(summary: &Summary) -> Vec<Row> {
     ];
     for change in summary.overrides.iter().take(LISTED_OVERRIDES) {
         let label = if change.percent > 0.0 { "feed override" } else { "feed hold" };
-        let when = format!("from {} s on, within {} s", short(change.at_s, 6), short(change.transition_s, 4));
-        rows.push((label, short(change.percent, 4), "%", when));
+        rows.push((label, short(change.percent, 4), "%", what_came_of(change)));
     }
     let more = summary.overrides.len().saturating_sub(LISTED_OVERRIDES);
     if more > 0 {
         rows.push(("further changes", more.to_string(), "", "of the feed override".to_owned()));
     }
     rows
+}
+
+/// When a change of the override came, and how far.
+fn what_came_of(change: &OverrideSummary) -> String {
+    let at = short(change.at_s, 6);
+    if change.after_the_end {
+        return format!("at {at} s: after the end of the motion, no effect");
+    }
+    let within = short(change.transition_s, 4);
+    let asked = change.asked_transition_s.filter(|asked| change.transition_s > 1.001 * asked);
+    match (change.reached_percent, asked) {
+        (Some(reached), _) => format!("from {at} s on, cut off at {} % after {within} s", short(reached, 4)),
+        (None, Some(asked)) => {
+            format!("from {at} s on, within {within} s: the limits need longer than {} s", short(asked, 4))
+        }
+        (None, None) => format!("from {at} s on, within {within} s"),
+    }
 }
 
 /// What came of it.

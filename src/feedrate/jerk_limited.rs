@@ -54,6 +54,11 @@ impl JerkLimitedPhase {
         2.0 * self.jerk_s + self.steady_s
     }
 
+    /// Where the jerk jumps within the phase \[s\].
+    pub(super) fn knots_s(&self) -> [f64; 2] {
+        [self.jerk_s, self.jerk_s + self.steady_s]
+    }
+
     /// Distance covered in the whole phase: `V_f T/2` \[mm\].
     pub fn distance_mm(&self) -> f64 {
         0.5 * self.feed_mm_s * self.duration_s()

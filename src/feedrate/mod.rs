@@ -26,8 +26,7 @@ mod span;
 pub use axis_limited::{AxisLimited, AxisLimitedPlan, AxisLimits, MAX_GRID_POINTS, PathShape};
 pub use bernstein::{BernsteinPhase, FeedState};
 pub use exponential::{ExponentialPhase, N_C_RANGE};
-pub(crate) use feed_override::Turning;
-pub use feed_override::{FeedOverride, MAX_OVERRIDE, MAX_OVERRIDE_STEPS, OverrideStep};
+pub use feed_override::{FeedOverride, MAX_OVERRIDE, MAX_OVERRIDE_STEPS, OverrideChange, OverrideStep};
 pub use jerk_limited::JerkLimitedPhase;
 pub use look_ahead::{LookAhead, MAX_LOOK_AHEAD, PathPiece};
 pub use motion::{Motion, Profile};
@@ -81,15 +80,17 @@ pub enum FeedrateError {
         /// Jump of the curvature \[1/mm\].
         curvature_1_mm: f64,
     },
-    /// A feed override changes while it still changes.
-    #[error("the feed override cannot change at {at_s} s: the change before it takes until {ready_s:.6} s")]
-    OverrideTooSoon {
+    /// The steps of a feed override are not in the order of time.
+    #[error(
+        "the feed override changes at {at_s} s after a change at {before_s} s: its changes must be in the order of time"
+    )]
+    OverrideOrder {
         /// Which step, from 0.
         step: usize,
-        /// When it was to begin \[s\].
+        /// When it begins \[s\].
         at_s: f64,
-        /// When the one before is over \[s\].
-        ready_s: f64,
+        /// When the one before begins \[s\].
+        before_s: f64,
     },
     /// A feed hold that nothing ends.
     #[error("the feed hold at {at_s} s is never ended: the motion would not reach the end of its path")]

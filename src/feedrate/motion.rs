@@ -3,7 +3,7 @@
 use std::sync::Arc;
 
 use super::axis_limited::Planned;
-use super::feed_override::{FeedOverride, Overridden, OverrideStep};
+use super::feed_override::{Bounds, FeedOverride, Overridden, OverrideChange, Row};
 use super::phase::{MotionPeaks, MotionSample, Phase};
 use super::{BernsteinPhase, ExponentialPhase, FeedState, FeedrateError, JerkLimitedPhase, positive};
 
@@ -80,22 +80,63 @@ impl Motion {
         Self { law, phase_s: 0.5 * total_s, phase_mm: 0.5 * length_mm, cruise_s: 0.0, feed_mm_s, length_mm, total_s }
     }
 
-    /// The same motion under a feed override; this very motion where that changes nothing.
+    /// The same motion under a feed override; this very motion where that changes nothing. Acceleration and jerk along the path stay
+    /// within the largest that this motion itself has. (The jerk of a linear profile is infinite where its acceleration jumps: there a
+    /// change builds up its acceleration in a tenth of the time in which the feed is reached.) A motion under limits of the axes keeps
+    /// those with [`AxisLimited::with_override`](super::AxisLimited::with_override).
     ///
     /// # Errors
-    /// A transition that is not between 1e-9 and 1e9, steps out of order or range, or a hold that is never ended.
+    /// A time, a share or a transition out of range, steps out of order, or a hold that is never ended.
     pub fn with_override(&self, how: &FeedOverride) -> Result<Self, FeedrateError> {
-        let Some(motion) = Overridden::new(self.clone(), how)? else { return Ok(self.clone()) };
+        let MotionPeaks { feed_mm_s, accel_mm_s2, mut jerk_mm_s3 } = self.peaks();
+        if !jerk_mm_s3.is_finite() {
+            jerk_mm_s3 = 10.0 * accel_mm_s2 * accel_mm_s2 / feed_mm_s;
+        }
+        self.overridden(how, Bounds { accel: [accel_mm_s2], jerk: [jerk_mm_s3] }, &mut Row::along)
+    }
+
+    /// The same motion under a feed override that keeps these bounds.
+    pub(super) fn overridden<const D: usize>(
+        &self,
+        how: &FeedOverride,
+        bounds: Bounds<D>,
+        row: &mut dyn FnMut(&MotionSample) -> Row<D>,
+    ) -> Result<Self, FeedrateError> {
+        let Some(motion) = Overridden::new(self, how, bounds, row)? else { return Ok(self.clone()) };
         let (total_s, length_mm, feed_mm_s) = (motion.total_s(), motion.length_mm(), motion.peaks().feed_mm_s);
         Ok(Self::without_phases(Law::Overridden(Arc::new(motion)), total_s, length_mm, feed_mm_s))
     }
 
-    /// The changes of the feed override that take place on the way.
-    pub fn overrides(&self) -> &[OverrideStep] {
+    /// The changes of the feed override.
+    pub fn overrides(&self) -> &[OverrideChange] {
         match &self.law {
-            Law::Overridden(motion) => motion.steps(),
+            Law::Overridden(motion) => motion.changes(),
             Law::Phases(_) | Law::Planned(_) => &[],
         }
+    }
+
+    /// From when to when the feed is steady; none where the motion has no cruise.
+    pub(super) fn steady_s(&self) -> Option<(f64, f64)> {
+        let cruises = matches!(self.law, Law::Phases(_)) && self.cruise_s > 0.0;
+        cruises.then_some((self.phase_s, self.phase_s + self.cruise_s))
+    }
+
+    /// The first time after this one at which the jerk may jump.
+    pub(super) fn next_knot(&self, t_s: f64) -> f64 {
+        let phase = match &self.law {
+            Law::Planned(planned) => return planned.next_knot(t_s),
+            Law::Overridden(motion) => return motion.next_knot(t_s),
+            Law::Phases(phase) => phase,
+        };
+        let behind = self.phase_s + self.cruise_s;
+        let within = match phase {
+            Phase::JerkLimited(phase) => phase.knots_s(),
+            Phase::Bernstein(_) | Phase::Exponential(_) => [0.0; 2],
+        };
+        [within[0], within[1], self.phase_s, behind, self.total_s - within[1], self.total_s - within[0], self.total_s]
+            .into_iter()
+            .filter(|knot| *knot > t_s)
+            .fold(f64::INFINITY, f64::min)
     }
 
     /// Plans a motion along `length_mm` at `feed_mm_s`.

@@ -7,8 +7,8 @@ use toml::Spanned;
 use super::check_feed::{axis_limited, overridden};
 use super::diagnostics::Diagnostic;
 use super::file::{
-    RawAxis, RawControl, RawDerivative, RawDrive, RawExponent, RawFeedrate, RawLimits, RawOverride, RawPdff, RawPlant,
-    RawProfile, RawScenario,
+    RawAxis, RawControl, RawDerivative, RawDrive, RawExponent, RawFeedrate, RawLimits, RawPdff, RawPlant, RawProfile,
+    RawScenario,
 };
 use super::{FeedProfile, Scenario, check_drive, check_path};
 use crate::feedrate::{FeedrateError, Motion, Profile, optimize_n_c};
@@ -47,10 +47,13 @@ pub(super) fn scenario(raw: &RawScenario, default_name: &str, source: &str) -> R
     });
     let coupling = raw.control.cross_coupling.as_ref();
     let cross_coupling = coupling.and_then(|raw| check_drive::cross_coupling(raw, &mut problems));
-    let limits = limits(&raw.limits, &mut problems);
+    let mut limits = limits(&raw.limits, &mut problems);
     let (Some(path), Some((motion, profile, n_c_search)), true) = (path, feedrate, problems.is_empty()) else {
         return Err(problems);
     };
+    if let FeedProfile::AxisLimited(axes) = profile {
+        limits.axes = Some(axes);
+    }
     let scenario = Scenario {
         name,
         path,
@@ -67,22 +70,25 @@ pub(super) fn scenario(raw: &RawScenario, default_name: &str, source: &str) -> R
     };
     match scenario.simulation().map(|simulation| simulation.samples()) {
         Ok(_) => Ok(scenario),
-        Err(error) => Err(vec![whole(&error, raw)]),
+        Err(error) => Err(vec![whole(&error, raw, &scenario)]),
     }
 }
 
 /// A problem of values that are fine one by one.
-fn whole(error: &SimulationError, raw: &RawScenario) -> Diagnostic {
+fn whole(error: &SimulationError, raw: &RawScenario, scenario: &Scenario) -> Diagnostic {
     let feed = raw.feedrate.feed_mm_s.span();
     let problem = Diagnostic::new(error.to_string());
-    // A change of the feed override that lets the run wait for it.
-    let at_s = |step: &&RawOverride| *step.at_s.get_ref();
-    let latest = raw.feedrate.feed_override.iter().max_by(|a, b| at_s(a).total_cmp(&at_s(b)));
-    let latest_s = latest.as_ref().map_or(0.0, at_s);
+    // A plan that would be short enough without its override.
+    let by_override = || {
+        let motion = scenario.profile.motion(&*scenario.path, scenario.feed_mm_s).ok()?;
+        let plan = Scenario { motion, ..scenario.clone() };
+        plan.simulation().ok()?;
+        raw.feedrate.feed_override.last()
+    };
     match error {
-        SimulationError::TooLong { periods, period_s } if latest_s > 0.5 * *periods as f64 * period_s => problem
-            .at(latest.map_or(feed, |step| step.at_s.span()))
-            .help("give the time in seconds from the start of the run, such as 0.4, or raise `period_s`"),
+        SimulationError::TooLong { .. } if let Some(last) = by_override() => problem
+            .at(last.at_s.span())
+            .help("the feed override makes the run so long: end the hold earlier, or raise `percent`"),
         SimulationError::TooLong { .. } => {
             let place = raw.control.period_s.as_ref().map_or(feed, Spanned::span);
             problem.at(place).help("raise `period_s` or `feed_mm_s`, lower `settling_s`, or shorten the path")
@@ -145,7 +151,7 @@ pub(super) fn of_feedrate(error: &FeedrateError, span: Range<usize>) -> Diagnost
         FeedrateError::OutOfRange { name: "transition_s", .. } => {
             "give the length of the change in seconds, such as 0.1, or leave the key out"
         }
-        FeedrateError::OverrideTooSoon { .. } => "put it later, or shorten the change before it with transition_s",
+        FeedrateError::OverrideOrder { .. } => "put the changes of the override in the order of their at_s",
         FeedrateError::HeldForEver { .. } => "end the hold with a later [[feedrate.override]] that has percent = 100",
         FeedrateError::OutOfRange { .. } => "give a positive number, such as accel_mm_s2 = 2000, jerk_mm_s3 = 50000",
         FeedrateError::NotMonotone { .. } => {
@@ -373,5 +379,6 @@ fn limits(raw: &RawLimits, problems: &mut Problems) -> Limits {
         voltage_v: check("voltage_v", voltage_v),
         accel_mm_s2: check("accel_mm_s2", accel_mm_s2),
         jerk_mm_s3: check("jerk_mm_s3", jerk_mm_s3),
+        axes: None,
     }
 }

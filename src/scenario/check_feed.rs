@@ -4,17 +4,8 @@ use super::FeedProfile;
 use super::check::{Planned, Problems, of_feedrate};
 use super::diagnostics::Diagnostic;
 use super::file::{RawAxisLimited, RawFeedrate};
-use crate::feedrate::{
-    AxisLimits, FeedOverride, FeedrateError, MAX_OVERRIDE_STEPS, Motion, MotionSample, OverrideStep, Turning, positive,
-};
-use crate::interpolator::Setpoint;
-use crate::path::{Cursor, Path};
-
-/// How much of the axes' limits of acceleration and jerk a change of the feed override may use. Where the plan itself runs at its
-/// limits, a change that uses no more of the jerk than the plan leaves would take many times as long.
-const ACCELERATION: f64 = 1.001;
-/// See [`ACCELERATION`].
-const JERK: f64 = 1.05;
+use crate::feedrate::{AxisLimits, FeedOverride, FeedrateError, MAX_OVERRIDE_STEPS, Motion, OverrideStep, positive};
+use crate::path::Path;
 
 /// The motion under axis limits, and none while the path is not known or the feed is wrong.
 pub(super) fn axis_limited(
@@ -64,24 +55,7 @@ pub(super) fn overridden(
         problems.push(Diagnostic::new(message).at(beyond.at_s.span()).help("leave some of the changes out"));
         return None;
     }
-    // What a change may use by itself. Limits of the axes hold whichever way the path runs.
-    let least = |values: [f64; 2]| values[0].min(values[1]);
-    let (accel_mm_s2, jerk_mm_s3, most) = match profile {
-        FeedProfile::AxisLimited(limits) => (least(limits.acceleration_mm_s2), least(limits.jerk_mm_s3), 100.0),
-        FeedProfile::Phases(_) => (plan.peaks().accel_mm_s2, plan.peaks().jerk_mm_s3, 200.0),
-    };
-    let mut cursor = Cursor::default();
-    let mut fits = |motion: &MotionSample| match (profile, path) {
-        (FeedProfile::AxisLimited(limits), Some(path)) => {
-            let at = Setpoint::of(0.0, motion, &path.frame(motion.s_mm, &mut cursor));
-            (0..2).all(|axis| {
-                at.acceleration_mm_s2[axis].abs() <= ACCELERATION * limits.acceleration_mm_s2[axis]
-                    && at.jerk_vector_mm_s3[axis].abs() <= JERK * limits.jerk_mm_s3[axis]
-            })
-        }
-        _ => true,
-    };
-    let (mut share, mut turning) = (1.0, Turning::START);
+    let most = if matches!(profile, FeedProfile::AxisLimited(_)) { 100.0 } else { 200.0 };
     let mut steps = Vec::with_capacity(all.len());
     for raw in all {
         let (at_s, percent) = (*raw.at_s.get_ref(), *raw.percent.get_ref());
@@ -98,30 +72,26 @@ pub(super) fn overridden(
             };
             problems.push(problem.at(raw.percent.span()).help(help));
         }
-        let to = percent / 100.0;
-        let fitting = || {
-            let shortest = OverrideStep::shortest_transition_s(to - share, plan.feed_mm_s(), accel_mm_s2, jerk_mm_s3);
-            if problems.len() > before { shortest } else { turning.fitting_s(plan, (at_s, to), shortest, &mut fits) }
-        };
-        let transition_s = raw.transition_s.as_ref().map_or_else(fitting, |given| *given.get_ref());
         if let Some(given) = &raw.transition_s
-            && let Err(error) = positive("transition_s", transition_s)
+            && let Err(error) = positive("transition_s", *given.get_ref())
         {
             problems.push(of_feedrate(&error, given.span()));
         }
-        share = to;
-        let step = OverrideStep { at_s, share: to, transition_s };
-        turning.turn(&step);
-        steps.push(step);
+        let transition_s = raw.transition_s.as_ref().map_or(0.0, |given| *given.get_ref());
+        steps.push(OverrideStep { at_s, share: percent / 100.0, transition_s });
     }
     if problems.len() > before {
         return None;
     }
-    match plan.with_override(&FeedOverride { steps }) {
+    let how = FeedOverride { steps };
+    if how.steps.is_empty() {
+        return Some(plan.clone());
+    }
+    match profile.with_override(plan, path?, &how) {
         Ok(motion) => return Some(motion),
         Err(error) => {
             let step = match error {
-                FeedrateError::OverrideTooSoon { step, .. } | FeedrateError::HeldForEver { step, .. } => step,
+                FeedrateError::OverrideOrder { step, .. } | FeedrateError::HeldForEver { step, .. } => step,
                 _ => 0,
             };
             let place = match (&error, all.get(step)) {

@@ -1,8 +1,8 @@
 //! How a scenario's feed is reached and left.
 
-use crate::feedrate::{AxisLimited, AxisLimits, FeedrateError, Motion, Profile};
+use crate::feedrate::{AxisLimited, AxisLimits, FeedOverride, FeedrateError, Motion, PathShape, Profile};
 use crate::interpolator::plan_under_axis_limits;
-use crate::path::Path;
+use crate::path::{Cursor, Path};
 
 /// How a scenario's feed is reached and left.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -23,6 +23,25 @@ impl FeedProfile {
             Self::Phases(profile) => Motion::plan(path.length_mm(), feed_mm_s, profile),
             Self::AxisLimited(limits) => {
                 Ok(plan_under_axis_limits(&AxisLimited::new(limits).with_feed(feed_mm_s), path)?.motion)
+            }
+        }
+    }
+    /// A motion of this profile under a feed override that keeps its limits.
+    ///
+    /// # Errors
+    /// Those of [`Motion::with_override`].
+    pub fn with_override(
+        &self,
+        plan: &Motion,
+        path: &dyn Path<2>,
+        how: &FeedOverride,
+    ) -> Result<Motion, FeedrateError> {
+        match *self {
+            Self::Phases(_) => plan.with_override(how),
+            Self::AxisLimited(limits) => {
+                let mut cursor = Cursor::default();
+                let shape = |s_mm| PathShape::from(&path.frame(s_mm, &mut cursor));
+                AxisLimited::new(limits).with_override(plan, how, shape)
             }
         }
     }

@@ -118,11 +118,12 @@ pub(super) struct RawOverride {
     /// When the feed begins to change, in s from the start of the run.
     #[schemars(with = "f64", range(min = 0))]
     pub(super) at_s: Spanned<f64>,
-    /// Share of the planned feed that it changes to: 0 (feed hold) to 200, to 100 under limits of the axes.
+    /// Share of the planned feed that it changes to: 0 (feed hold) to 200, to 100 under limits of the axes. More than 100 is used while
+    /// the plan cruises at its feed: its ramps, which run at its limits, stay as they are.
     #[schemars(with = "f64", range(min = 0, max = 200))]
     pub(super) percent: Spanned<f64>,
-    /// How long the change takes, in s. Default: as short as the acceleration and jerk of the planned motion allow at its
-    /// highest feed; under limits of the axes longer where needed, so that they keep them (their jerks to 5 %).
+    /// The shortest time that the change may take, in s. Default: as short as can be. It takes longer where the largest acceleration and
+    /// jerk of the planned motion (under limits of the axes: those) need that, and the summary tells so.
     #[schemars(with = "Option<f64>", extend("exclusiveMinimum" = 0))]
     pub(super) transition_s: Option<Spanned<f64>>,
 }
@@ -399,10 +400,10 @@ pub(super) struct RawLimits {
     /// Largest voltage of any axis, in V.
     #[schemars(with = "Option<f64>", extend("exclusiveMinimum" = 0))]
     pub(super) voltage_v: Option<Spanned<f64>>,
-    /// Largest acceleration along the path, in mm/s².
+    /// Largest acceleration along the path, in mm/s²; of each axis where the feed is planned under limits of the axes.
     #[schemars(with = "Option<f64>", extend("exclusiveMinimum" = 0))]
     pub(super) accel_mm_s2: Option<Spanned<f64>>,
-    /// Largest jerk along the path, in mm/s³.
+    /// Largest jerk along the path, in mm/s³; of each axis where the feed is planned under limits of the axes.
     #[schemars(with = "Option<f64>", extend("exclusiveMinimum" = 0))]
     pub(super) jerk_mm_s3: Option<Spanned<f64>>,
 }

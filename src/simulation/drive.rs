@@ -49,9 +49,8 @@ pub(crate) fn drive<const A: usize, P: Periods<A>>(
         monitor.watch(&period, &mut |event| {
             observers.iter_mut().try_for_each(|o| o.event(event).map_err(SimulationError::Observer))
         })?;
-        while let Some(step) = overrides.next_if(|step| step.at_s <= period.time_s) {
-            let (share, transition_s) = (step.share, step.transition_s);
-            let event = Event::OverrideChanged { share, transition_s, time_s: period.time_s };
+        while let Some(&change) = overrides.next_if(|change| change.at_s <= period.time_s) {
+            let event = Event::OverrideChanged { change, time_s: period.time_s };
             for observer in observers.iter_mut() {
                 observer.event(&event).map_err(SimulationError::Observer)?;
             }

@@ -1,7 +1,7 @@
 //! What happens during a run that a person should hear of.
 
 use super::Period;
-use crate::limits::{Event, Limits, is_kept};
+use crate::limits::{Event, Held, Limits, Peaks};
 use crate::servo::{LockupWatch, LoopSettings};
 
 /// Turns periods into events.
@@ -10,7 +10,7 @@ pub(crate) struct Monitor<const A: usize> {
     limits: Limits,
     saturated_since: [Option<f64>; A],
     lockups: [LockupWatch; A],
-    passed: [bool; 5],
+    passed: [bool; Limits::COUNT],
 }
 
 impl<const A: usize> Monitor<A> {
@@ -19,7 +19,7 @@ impl<const A: usize> Monitor<A> {
             limits: *limits,
             saturated_since: [None; A],
             lockups: std::array::from_fn(|_| LockupWatch::new(settings.period_s)),
-            passed: [false; 5],
+            passed: [false; Limits::COUNT],
         }
     }
 
@@ -49,16 +49,24 @@ impl<const A: usize> Monitor<A> {
                 emit(&Event::LockedUp { axis, lockup })?;
             }
         }
-        let values = [
-            ("contour_error_um", period.contour_error_um.abs(), self.limits.contour_error_um),
-            ("tracking_error_um", period.tracking_error_um, self.limits.tracking_error_um),
-            ("voltage_v", voltage, self.limits.voltage_v),
-            ("accel_mm_s2", period.setpoint.accel_mm_s2.abs(), self.limits.accel_mm_s2),
-            ("jerk_mm_s3", period.setpoint.jerk_mm_s3.abs(), self.limits.jerk_mm_s3),
-        ];
-        for ((name, value, limit), passed) in values.into_iter().zip(&mut self.passed) {
-            if let Some(limit) = limit
-                && !is_kept(value, limit)
+        let at = &period.setpoint;
+        let mut axes = [[0.0; 3]; 2];
+        if self.limits.axes.is_some() {
+            let of = |v: f64, a: f64, j: f64| [v.abs(), a.abs(), j.abs()];
+            for (axis, values) in axes.iter_mut().enumerate().take(A) {
+                *values = of(at.velocity_mm_s[axis], at.acceleration_mm_s2[axis], at.jerk_vector_mm_s3[axis]);
+            }
+        }
+        let now = Peaks {
+            contour_error_um: period.contour_error_um.abs(),
+            tracking_error_um: period.tracking_error_um,
+            voltage_v: voltage,
+            accel_mm_s2: at.accel_mm_s2.abs(),
+            jerk_mm_s3: at.jerk_mm_s3.abs(),
+            axes,
+        };
+        for (held, passed) in self.limits.held(&now).into_iter().zip(&mut self.passed) {
+            if let Some(Held { name, value, limit, kept: false }) = held
                 && !*passed
             {
                 *passed = true;

@@ -4,7 +4,7 @@ use std::fmt;
 
 use nalgebra::SVector;
 
-use crate::feedrate::{Motion, MotionPeaks, OverrideStep};
+use crate::feedrate::{Motion, MotionPeaks, OverrideChange};
 use crate::limits::Limits;
 use crate::path::Path;
 use crate::servo::{AxisParameters, LoopSettings};
@@ -23,7 +23,7 @@ pub struct RunPlan<'a, const A: usize> {
     /// The limits that the run is held to.
     pub limits: &'a Limits,
     /// The changes of the feed override.
-    pub overrides: &'a [OverrideStep],
+    pub overrides: &'a [OverrideChange],
     /// How many periods the run has.
     pub samples: u64,
 }

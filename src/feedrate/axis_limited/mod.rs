@@ -34,7 +34,8 @@ mod verify;
 
 pub(super) use planned::Planned;
 
-use super::{FeedrateError, Motion, positive};
+use super::feed_override::{Bounds, Row};
+use super::{FeedOverride, FeedrateError, Motion, positive};
 use interior::Solution;
 use program::Program;
 
@@ -180,6 +181,30 @@ impl<const D: usize> AxisLimited<D> {
             rounds,
             worst_share: worst,
             gap: solution.gap,
+        })
+    }
+
+    /// A motion that keeps the limits (as [`AxisLimited::plan`] finds it) under a feed override that keeps them too, to 0.1 %: acceleration
+    /// and jerk of every axis. `shape` is that of the plan. No share is above 1: the plan has no cruise.
+    ///
+    /// # Errors
+    /// A limit out of range, and those of [`Motion::with_override`].
+    pub fn with_override(
+        &self,
+        plan: &Motion,
+        how: &FeedOverride,
+        mut shape: impl FnMut(f64) -> PathShape<D>,
+    ) -> Result<Motion, FeedrateError> {
+        self.check()?;
+        let bounds = Bounds { accel: self.limits.acceleration_mm_s2, jerk: self.limits.jerk_mm_s3 };
+        plan.overridden(how, bounds, &mut |m| {
+            let (v, a, j) = (m.feed_mm_s, m.accel_mm_s2, m.jerk_mm_s3);
+            let PathShape { tangent: t, curvature_1_mm: k, curvature_rate_1_mm2: r } = shape(m.s_mm);
+            Row {
+                velocity: std::array::from_fn(|i| t[i] * v),
+                acceleration: std::array::from_fn(|i| t[i] * a + k[i] * v * v),
+                jerk: std::array::from_fn(|i| t[i] * j + 3.0 * k[i] * v * a + r[i] * v * v * v),
+            }
         })
     }
 

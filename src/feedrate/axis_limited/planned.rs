@@ -95,6 +95,12 @@ impl Planned {
         self.peaks
     }
 
+    /// The first node's time after this one.
+    pub(in super::super) fn next_knot(&self, t_s: f64) -> f64 {
+        let next = self.nodes.partition_point(|node| node.t <= t_s);
+        self.nodes.get(next).map_or(f64::INFINITY, |node| node.t)
+    }
+
     /// The motion at a time between 0 and the end.
     pub(in super::super) fn at(&self, t_s: f64) -> MotionSample {
         let intervals = self.nodes.len().saturating_sub(1);

@@ -1,0 +1,773 @@
+//! How the pace goes from share to share.
+
+use super::road::{Bounds, Road, Row};
+use super::{OverrideChange, OverrideStep, Piece, State};
+use crate::feedrate::{FeedrateError, Motion, MotionSample};
+
+/// By what share of a limit a change may pass it: what lies between the places that are looked at is less than the rest of 0.1 %.
+const TOLERANCE: f64 = 2.5e-4;
+
+/// Into how many steps the shortest change is cut.
+const PARTS: f64 = 100.0;
+
+/// The largest `f''` in a step, as its share of the size of the change over the step's square: what lies within the step then stays as small
+/// as the tolerance. The shortest change needs `4/PARTS²`.
+const FREE: f64 = 2e-3;
+
+/// Steps of one change after which they grow: it waits for the plan to leave it something.
+const QUICK_STEPS: u32 = 800;
+
+/// The shortest step, as a share of the time in which the acceleration builds up.
+const FINEST: f64 = 2.5e-4;
+
+/// Steps without much progress after which it is a long wait.
+const LONG_WAIT: u32 = 60;
+
+/// Steps after which a change is given up where it is.
+const MOST_STEPS: u32 = 8000;
+
+/// Steps to a steady share that are looked ahead.
+const MOST_AHEAD: usize = 250;
+
+/// The most bold steps in a row that are tried where one alone has no way out: a deep fall of the pace may keep limits that a shallow one
+/// does not.
+const MOST_BOLD: usize = 128;
+
+/// Most numbers of bold steps that are tried one by one.
+const MOST_LOOKS: usize = 16;
+
+/// Halvings between a step that is too large and one that is not.
+const HALVINGS: u32 = 7;
+
+/// A change that was asked for this many times as slow as it could be is tried as a whole.
+const SLOW: f64 = 100.0;
+
+/// Steps, each with its `f''` and its length, after which the pace is steady at a share.
+#[derive(Debug, Clone, Default)]
+struct WayOut {
+    /// The last step first.
+    steps: Vec<(f64, f64)>,
+    share: f64,
+}
+
+/// What a step would lead to.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Trial {
+    Fine,
+    /// A limit would be passed.
+    TooMuch,
+    /// The pace could not become steady before it is beyond the goal.
+    TooFar,
+    /// No room would be left to come back to the plan's own pace before it slows down.
+    NoRoom,
+}
+
+/// A change that is going on.
+#[derive(Debug, Clone, Copy)]
+struct Change {
+    share: f64,
+    /// How far it goes, to tell its scale.
+    size: f64,
+    /// The shortest time that was asked for.
+    asked_s: f64,
+    steps: u32,
+    /// Which of the changes that are told of.
+    index: Option<usize>,
+    /// Whether the way out has been renewed since it began.
+    renewed: bool,
+    /// Whether the way out is all of it.
+    whole: bool,
+    done: bool,
+}
+
+pub(super) struct Turner<'a, const D: usize> {
+    road: Road<'a, D>,
+    bounds: Bounds<D>,
+    end: f64,
+    /// The plan's steady feed: from, to.
+    cruise: Option<(f64, f64)>,
+    state: State,
+    pieces: Vec<Piece>,
+    way_out: WayOut,
+    change: Change,
+    /// Whether shares above 1 are over.
+    back: bool,
+    changes: Vec<OverrideChange>,
+    /// Which step the last change is.
+    step: usize,
+    total_s: Option<f64>,
+    spare: Vec<(f64, f64)>,
+    bold: Vec<(f64, State)>,
+}
+
+/// The shortest time of a change by `size` from steady to steady with this largest slope and bend.
+fn shortest_s(size: f64, slope: f64, bend: f64) -> f64 {
+    if size * bend <= slope * slope { 2.0 * (size / bend).sqrt() } else { size / slope + slope / bend }
+}
+
+impl<'a, const D: usize> Turner<'a, D> {
+    pub(super) fn new(plan: &'a Motion, bounds: Bounds<D>, row: &'a mut dyn FnMut(&MotionSample) -> Row<D>) -> Self {
+        let change = Change {
+            share: 1.0,
+            size: 0.0,
+            asked_s: 0.0,
+            steps: 0,
+            index: None,
+            renewed: false,
+            whole: false,
+            done: true,
+        };
+        Self {
+            road: Road::new(plan, row),
+            bounds,
+            end: plan.total_s(),
+            cruise: plan.steady_s(),
+            state: State::PLAN,
+            pieces: Vec::new(),
+            way_out: WayOut::default(),
+            change,
+            back: false,
+            changes: Vec::new(),
+            step: 0,
+            total_s: None,
+            spare: Vec::new(),
+            bold: Vec::new(),
+        }
+    }
+
+    /// Runs up to a step and turns to its share.
+    pub(super) fn turn(&mut self, index: usize, step: &OverrideStep) {
+        let &OverrideStep { at_s, share, transition_s: asked_s } = step;
+        self.advance(at_s);
+        if share == self.change.share {
+            return;
+        }
+        self.close_change();
+        let after_the_end = self.total_s.is_some();
+        let reached = self.state.share;
+        let change = Some(self.changes.len());
+        self.changes.push(OverrideChange { at_s, share, asked_s, transition_s: 0.0, reached, after_the_end });
+        let mut size = (share - reached).abs().max(1e-9);
+        if self.state.slope != 0.0 {
+            // What goes on has to be stopped in steps of its own size.
+            size = size.max(0.2 * self.change.size);
+        }
+        self.step = index;
+        self.change =
+            Change { share, size, asked_s, steps: 0, index: change, renewed: false, whole: false, done: after_the_end };
+        if after_the_end {
+            return;
+        }
+        if self.state.tau == 0.0 {
+            // The tool stands: the pace may jump.
+            if self.pieces.last().is_some_and(|piece| piece.from.t == self.state.t) {
+                self.pieces.pop();
+            }
+            (self.state.share, self.state.slope) = (share.min(1.0), 0.0);
+            self.push(0.0);
+        } else if self.state.slope == 0.0 {
+            self.restart();
+            self.try_as_a_whole();
+        }
+    }
+
+    /// The whole motion.
+    #[allow(clippy::type_complexity)]
+    pub(super) fn finish(mut self) -> Result<(Vec<Piece>, Vec<OverrideChange>, f64), FeedrateError> {
+        if self.changes.is_empty() {
+            return Ok((self.pieces, self.changes, self.end));
+        }
+        self.advance(f64::INFINITY);
+        self.close_change();
+        if let Some(total_s) = self.total_s {
+            return Ok((self.pieces, self.changes, total_s));
+        }
+        let at_s = self.changes.last().map_or(0.0, |change| change.at_s);
+        Err(FeedrateError::HeldForEver { step: self.step, at_s })
+    }
+
+    /// Notes how the change that goes on ended.
+    fn close_change(&mut self) {
+        if self.change.done {
+            return;
+        }
+        self.change.done = true;
+        let now = self.total_s.unwrap_or(self.state.t);
+        if let Some(change) = self.change.index.and_then(|i| self.changes.get_mut(i)) {
+            change.transition_s = (now - change.at_s).max(0.0);
+            change.reached = self.state.share;
+        }
+    }
+
+    /// The share that is to be gone to now.
+    fn goal(&self) -> f64 {
+        let share = self.change.share;
+        if share <= 1.0 {
+            return share;
+        }
+        match self.cruise {
+            Some((from, to)) if !self.back && self.state.tau >= from && self.state.tau < to => share,
+            _ => 1.0,
+        }
+    }
+
+    fn advance(&mut self, until: f64) {
+        while self.state.t < until && self.total_s.is_none() {
+            let goal = self.goal();
+            if self.state.slope == 0.0 && self.state.share == goal {
+                if goal == self.change.share || self.back || self.cruise.is_none() {
+                    self.close_change();
+                }
+                let far = self.steady_until(goal);
+                if !self.rest(until.min(far)) {
+                    return;
+                }
+                if far <= until && self.total_s.is_none() {
+                    if goal > 1.0 {
+                        self.come_back();
+                    } else if let Some((from, _)) = self.cruise {
+                        self.state.tau = self.state.tau.max(from);
+                    }
+                }
+                self.restart();
+            } else {
+                self.step(goal, until);
+            }
+        }
+    }
+
+    /// Up to when a steady share is the one to have.
+    fn steady_until(&mut self, goal: f64) -> f64 {
+        let State { t, tau, .. } = self.state;
+        let Some((from, to)) = self.cruise else { return f64::INFINITY };
+        if self.change.share <= 1.0 || self.back {
+            return f64::INFINITY;
+        }
+        if goal > 1.0 {
+            // As late as it may begin to come back.
+            return t + (to - self.way_back(goal) - tau).max(0.0) / goal;
+        }
+        if tau < from { t + (from - tau) / goal } else { f64::INFINITY }
+    }
+
+    /// How much of the plan's cruise it takes to come back from a share to 1.
+    fn way_back(&mut self, share: f64) -> f64 {
+        let Some((from, to)) = self.cruise else { return f64::INFINITY };
+        let Some(row) = self.road.at(self.state.tau.clamp(from, to)) else { return f64::INFINITY };
+        let (slope, bend) = self.most(&row);
+        // A little more than that: steps are not cut to the end of the cruise.
+        let size = (share - 1.0).max(0.0);
+        0.5 * (1.0 + share) * shortest_s(size, slope, bend) * (1.0 + 4.0 / PARTS)
+    }
+
+    /// The largest slope and bend of a pace at a place of the plan if it did nothing else.
+    fn most(&self, row: &Row<D>) -> (f64, f64) {
+        let least = |limits: &[f64; D]| {
+            limits.iter().zip(row.velocity).map(|(limit, v)| limit / v.abs().max(1e-12)).fold(f64::INFINITY, f64::min)
+        };
+        (least(&self.bounds.accel), least(&self.bounds.jerk))
+    }
+
+    /// Keeps the share up to a time; false where that never comes.
+    fn rest(&mut self, until: f64) -> bool {
+        let State { t, tau, share, .. } = self.state;
+        if !self.pieces.is_empty() {
+            self.push(0.0);
+        }
+        let end_s = if share >= 1e-6 { t + (self.end - tau) / share } else { f64::INFINITY };
+        if end_s <= until {
+            self.total_s = end_s.is_finite().then_some(end_s);
+            self.state.t = end_s;
+            self.state.tau = self.end;
+            return end_s.is_finite();
+        }
+        self.state.t = until;
+        self.state.tau = tau + share * (until - t);
+        true
+    }
+
+    fn push(&mut self, bend: f64) {
+        if let Some(last) = self.pieces.last()
+            && last.bend == bend
+            && (bend != 0.0 || (last.from.slope == self.state.slope && last.from.share == self.state.share))
+        {
+            return;
+        }
+        self.pieces.push(Piece { from: self.state, bend });
+    }
+
+    /// Length of a step here.
+    fn step_s(&mut self) -> f64 {
+        let State { t, tau, share, .. } = self.state;
+        let natural = match self.road.at(tau) {
+            Some(row) => {
+                let (slope, bend) = self.most(&row);
+                let natural = shortest_s(self.change.size, slope, bend);
+                // Fine enough for the time in which the acceleration builds up, too.
+                natural.min(0.1 * PARTS * slope / bend).max(0.1 * natural).max(FINEST * PARTS * slope / bend)
+            }
+            None => 0.0,
+        };
+        let over = self.change.steps.saturating_sub(QUICK_STEPS);
+        let grown = 1.01_f64.powi(i32::try_from(over).unwrap_or(i32::MAX).min(2000));
+        let asked = self.change.asked_s.min(SLOW * natural);
+        let step = natural.max(asked) / PARTS * grown;
+        // Some thousands of the digits that a time has; nor ever all of the plan at once.
+        step.max(1e-12 * (1.0 + t)).min(0.05 * self.end / share.max(1e-3))
+    }
+
+    /// The road from here on.
+    fn restart(&mut self) {
+        let row = self.road.fresh(self.state.tau);
+        let (slope, bend) = self.most(&row);
+        let natural = shortest_s(self.change.size.max(0.01), slope, bend);
+        let width = (2.0 / PARTS * natural).clamp(1e-12 * (1.0 + self.end), 0.01 * self.end);
+        self.road.restart(self.state.tau, width);
+    }
+
+    /// The largest bend that is worth a thought.
+    fn most_bend(&self, step_s: f64) -> f64 {
+        let free = FREE / (step_s * step_s) * self.change.size;
+        let asked = self.change.asked_s;
+        if asked > 0.0 { free.min(4.0 * self.change.size / (asked * asked)) } else { free }
+    }
+
+    /// One step of the pace towards the goal, at most up to a time.
+    #[allow(clippy::too_many_lines)] // one decision after the other
+    fn step(&mut self, goal: f64, until: f64) {
+        if self.change.asked_s > 0.0
+            && self.state.share > 1.0
+            && let Some((_, to)) = self.cruise
+            && self.state.tau + self.way_back(self.state.share) + 3.0 * self.state.share * self.step_s() >= to
+        {
+            // No longer as slowly as was asked for.
+            (self.change.asked_s, self.change.whole) = (0.0, false);
+        }
+        if self.change.whole && !self.way_out.steps.is_empty() {
+            return self.follow(0.0, until);
+        }
+        self.change.steps += 1;
+        let direction = if goal < self.state.share { -1.0 } else { 1.0 };
+        let left = (goal - self.state.share).abs();
+        if self.state.slope == 0.0 && left < 0.05 * self.change.size {
+            // What is left is a change of its own, in steps of its own size; of rounding size it is none.
+            (self.change.size, self.change.asked_s) = (left, 0.0);
+            if left < 1e-12 {
+                self.state.share = goal;
+                return;
+            }
+        }
+        let length = self.step_s();
+        let width = (2.0 * length * self.state.share.clamp(0.02, 2.0)).max(1e-12 * (1.0 + self.end));
+        self.road.set_width(width);
+        let most = self.most_bend(length);
+        if self.state.slope * direction < 0.0 || self.change.steps > MOST_STEPS {
+            self.renew(length);
+            if self.state.slope == 0.0 && self.change.steps > MOST_STEPS {
+                // It stays where it is.
+                self.change.share = self.state.share;
+                return;
+            }
+            return self.follow(length, until);
+        }
+        let (first, first_s) = self.way_out.steps.last().copied().unwrap_or((0.0, length));
+        let from = self.state;
+        let boldest = self.within_jerk(&from, direction * most, most, length);
+        let mut bend = boldest;
+        let mut trial = self.trial(boldest, length, goal, direction, most);
+        if trial == Trial::TooMuch {
+            // Along a limit of the acceleration.
+            let along = self.within_acceleration(&from, boldest, length);
+            if self.trial(along, length, goal, direction, most) == Trial::Fine {
+                (bend, trial) = (along, Trial::Fine);
+            }
+        }
+        let mut too_far = trial == Trial::TooFar;
+        if matches!(trial, Trial::TooMuch | Trial::TooFar) {
+            // Between what surely can be done and what is too much.
+            let (mut low, mut high) = (if first_s < length { 0.0 } else { first }, boldest);
+            let mut found = None;
+            if low == 0.0 && self.state.slope != 0.0 {
+                // On as it goes, or else so that the pace is steady after this step.
+                if self.trial(0.0, length, goal, direction, most) == Trial::Fine {
+                    found = Some(0.0);
+                } else {
+                    (low, high) = (-self.state.slope / length, 0.0);
+                }
+            }
+            // A long wait is looked at less closely.
+            let creeping = self.state.slope.abs() * PARTS * length < 0.05 * self.change.size;
+            let waiting = self.change.steps > LONG_WAIT && creeping;
+            for _ in 0..if waiting { 2 } else { HALVINGS } {
+                let middle = 0.5 * (low + high);
+                let tried = self.trial(middle, length, goal, direction, most);
+                too_far |= tried == Trial::TooFar;
+                match tried {
+                    Trial::Fine => (low, found) = (middle, Some(middle)),
+                    Trial::TooMuch | Trial::TooFar => high = middle,
+                    Trial::NoRoom => {
+                        trial = tried;
+                        break;
+                    }
+                }
+            }
+            if trial == Trial::NoRoom {
+                self.close_change();
+                return self.come_back();
+            }
+            let lands = too_far || found.is_none();
+            if lands && self.land(goal, most, length) {
+                return self.follow(length, until);
+            }
+            let every = if waiting { 24 } else { 3 };
+            let deep = !too_far && goal <= 1.0 && self.change.steps % every == 1;
+            if deep && self.fall(goal, direction, most, length) {
+                return self.follow(length, until);
+            }
+            // What has begun as some bold steps goes on as such.
+            let planned = self.way_out.steps.last().map_or(0.0, |&(bend, _)| bend * direction);
+            if let Some(found) = found.filter(|found| found * direction > planned) {
+                bend = found;
+                // The way out is that of the last trial that was fine.
+                trial = self.trial(bend, length, goal, direction, most);
+            }
+        }
+        match trial {
+            Trial::Fine => {
+                std::mem::swap(&mut self.way_out.steps, &mut self.spare);
+                self.way_out.share = f64::NAN;
+                self.way_out.steps.push((bend, length));
+                self.follow(length, until);
+            }
+            Trial::NoRoom => {
+                // As far as it gets.
+                self.close_change();
+                self.come_back();
+            }
+            Trial::TooMuch | Trial::TooFar => self.follow(length, until),
+        }
+    }
+
+    /// Shares above 1 are over: back to 1 as quickly as the limits allow.
+    fn come_back(&mut self) {
+        self.back = true;
+        self.change.size = (self.state.share - 1.0).abs().max(0.2 * self.change.size);
+        (self.change.asked_s, self.change.steps) = (0.0, 0);
+    }
+
+    /// Makes the way out some bold steps and what makes the pace steady behind them.
+    fn fall(&mut self, goal: f64, direction: f64, most: f64, length: f64) -> bool {
+        let mut bold = std::mem::take(&mut self.bold);
+        bold.clear();
+        let mut at = self.state;
+        let (mut look, mut looked, mut found) = (2, 0, false);
+        while bold.len() < MOST_BOLD && !found {
+            let mut bend = self.within_jerk(&at, direction * most, most, length);
+            bend = self.within_acceleration(&at, bend, length);
+            if bend * direction < 0.0 && at.slope * direction <= 0.0 || !self.fits(&at, bend, length) {
+                break;
+            }
+            at = at.after(bend, length);
+            bold.push((bend, at));
+            let beyond = at.tau >= self.end || (goal - at.share) * direction <= 0.0;
+            if bold.len() < look && !beyond {
+                continue;
+            }
+            match self.falls(&bold, bold.len(), goal, direction, most, length) {
+                Trial::Fine => found = true,
+                // Somewhere between the last look and this one, perhaps.
+                Trial::TooFar => {
+                    found = (looked + 1..bold.len())
+                        .rev()
+                        .take(MOST_LOOKS)
+                        .any(|count| self.falls(&bold, count, goal, direction, most, length) == Trial::Fine);
+                    break;
+                }
+                Trial::TooMuch | Trial::NoRoom if beyond => break,
+                Trial::TooMuch | Trial::NoRoom => (looked, look) = (look, look + (look / 3).max(1)),
+            }
+        }
+        self.bold = bold;
+        found
+    }
+
+    /// Whether the pace can become steady after so many bold steps: they are the way out then.
+    fn falls(
+        &mut self,
+        bold: &[(f64, State)],
+        count: usize,
+        goal: f64,
+        direction: f64,
+        most: f64,
+        length: f64,
+    ) -> Trial {
+        let Some(bold) = bold.get(..count) else { return Trial::TooMuch };
+        let Some(&(_, from)) = bold.last() else { return Trial::TooMuch };
+        let mut steps = std::mem::take(&mut self.spare);
+        let end = self.brake(from, most, length, &mut steps);
+        let trial = match end {
+            None => Trial::TooMuch,
+            Some(end) if end.tau < self.end && (goal - end.share) * direction < 0.0 => Trial::TooFar,
+            Some(_) => {
+                steps.extend(bold.iter().rev().map(|&(bend, _)| (bend, length)));
+                std::mem::swap(&mut self.way_out.steps, &mut steps);
+                self.way_out.share = f64::NAN;
+                Trial::Fine
+            }
+        };
+        self.spare = steps;
+        trial
+    }
+
+    /// The bend nearest to the wanted one that keeps the acceleration at the end of a step.
+    fn within_acceleration(&mut self, from: &State, wanted: f64, length: f64) -> f64 {
+        let bounds = self.bounds;
+        let mut bend = wanted;
+        for _ in 0..2 {
+            let to = from.after(bend, length);
+            let Some(row) = self.road.at(to.tau) else { return bend };
+            let (mut low, mut high) = (f64::NEG_INFINITY, f64::INFINITY);
+            for i in 0..D {
+                let (v, a) = (row.velocity[i], row.acceleration[i]);
+                if v == 0.0 {
+                    continue;
+                }
+                let (base, limit) = (to.share * to.share * a, (1.0 + 0.5 * TOLERANCE) * bounds.accel[i]);
+                let (one, other) = ((-limit - base) / v, (limit - base) / v);
+                low = low.max((one.min(other) - from.slope) / length);
+                high = high.min((one.max(other) - from.slope) / length);
+            }
+            bend = if low <= high { wanted.clamp(low, high) } else { 0.5 * (low + high) };
+        }
+        bend
+    }
+
+    /// Makes the way out the quickest there is, once a change: that of the change before may be a slow one.
+    fn renew(&mut self, length: f64) {
+        if std::mem::replace(&mut self.change.renewed, true) {
+            return;
+        }
+        let free = FREE / (length * length) * self.change.size.max(self.state.share);
+        let mut steps = std::mem::take(&mut self.spare);
+        if let Some(end) = self.brake(self.state, free, length, &mut steps)
+            && end.share >= 0.0
+            && (end.share <= 1.0 || self.state.slope < 0.0)
+        {
+            self.way_out.share = end.share;
+            std::mem::swap(&mut self.way_out.steps, &mut steps);
+        }
+        self.spare = steps;
+    }
+
+    /// Does the first step of the way out, or none at a steady share.
+    fn follow(&mut self, length: f64, until: f64) {
+        let (bend, whole) = self.way_out.steps.pop().unwrap_or((0.0, length));
+        let left = until - self.state.t;
+        let x = whole.min(left);
+        self.push(bend);
+        let mut next = self.state.after(bend, x);
+        if next.tau >= self.end {
+            let from = self.state;
+            let (mut low, mut high) = (0.0, x);
+            for _ in 0..100 {
+                let middle = 0.5 * (low + high);
+                if from.after(bend, middle).tau < self.end { low = middle } else { high = middle }
+            }
+            self.state = from.after(bend, high);
+            self.total_s = Some(self.state.t);
+            return;
+        }
+        if x < whole {
+            self.way_out.steps.push((bend, whole - x));
+            next.t = until;
+        } else if self.way_out.steps.is_empty() {
+            next.slope = 0.0;
+            if (self.way_out.share - next.share).abs() < 1e-9 {
+                next.share = self.way_out.share;
+            }
+        }
+        next.tau = next.tau.max(self.state.tau);
+        self.state = next;
+    }
+
+    /// Whether a step of constant `f''` keeps the limits.
+    fn fits(&mut self, from: &State, bend: f64, length: f64) -> bool {
+        let bounds = self.bounds;
+        self.road.walk(from, (bend, length), |row, f, g| {
+            (0..D).all(|i| {
+                let (v, a, j) = (row.velocity[i], row.acceleration[i], row.jerk[i]);
+                (f * f * a + g * v).abs() <= (1.0 + TOLERANCE) * bounds.accel[i]
+                    && (f * f * f * j + 3.0 * f * g * a + bend * v).abs() <= (1.0 + TOLERANCE) * bounds.jerk[i]
+            })
+        })
+    }
+
+    /// The bend nearest to the wanted one that the jerk allows over a step.
+    fn within_jerk(&mut self, from: &State, wanted: f64, most: f64, length: f64) -> f64 {
+        let bounds = self.bounds;
+        // At the start alone, then over the step that follows from it.
+        let mut bend = 0.0;
+        for round in 0..8 {
+            let (mut low, mut high) = (-most, most);
+            let mut seen = 0;
+            self.road.walk(from, (bend, length), |row, f, g| {
+                for i in 0..D {
+                    let (v, a, j) = (row.velocity[i], row.acceleration[i], row.jerk[i]);
+                    if v == 0.0 {
+                        continue;
+                    }
+                    let (base, limit) = (f * f * f * j + 3.0 * f * g * a, (1.0 + 0.5 * TOLERANCE) * bounds.jerk[i]);
+                    let (one, other) = ((-limit - base) / v, (limit - base) / v);
+                    low = low.max(one.min(other));
+                    high = high.min(one.max(other));
+                }
+                seen += 1;
+                round > 0 || seen < 1
+            });
+            let before = bend;
+            bend = if low <= high { wanted.clamp(low, high) } else { 0.5 * (low + high) };
+            if round > 0 && (bend - before).abs() <= 0.1 * TOLERANCE * bend.abs() {
+                break;
+            }
+        }
+        bend
+    }
+
+    /// Steps that make the pace steady as soon as may be; where that ends.
+    fn brake(&mut self, from: State, most: f64, length: f64, steps: &mut Vec<(f64, f64)>) -> Option<State> {
+        steps.clear();
+        let mut at = from;
+        while at.slope != 0.0 && at.tau < self.end {
+            if steps.len() > MOST_AHEAD {
+                return None;
+            }
+            let sign = -at.slope.signum();
+            let bend = self.within_jerk(&at, sign * most, most, length);
+            let steady_s = -at.slope / bend;
+            let last = steady_s > 0.0 && steady_s <= length;
+            let x = if last { steady_s } else { length };
+            if !self.fits(&at, bend, x) {
+                return None;
+            }
+            steps.push((bend, x));
+            at = at.after(bend, x);
+            if last {
+                at.slope = 0.0;
+            }
+            if at.share < 0.0 {
+                // Beyond every goal.
+                break;
+            }
+        }
+        steps.reverse();
+        Some(at)
+    }
+
+    /// What comes of a step; its way out is then in `spare`.
+    fn trial(&mut self, bend: f64, length: f64, goal: f64, direction: f64, most: f64) -> Trial {
+        let from = self.state;
+        let next = from.after(bend, length);
+        if next.slope * direction < 0.0 || !self.fits(&from, bend, length) {
+            return Trial::TooMuch;
+        }
+        let mut steps = std::mem::take(&mut self.spare);
+        let end = self.brake(next, most, length, &mut steps);
+        self.spare = steps;
+        let Some(end) = end else { return Trial::TooMuch };
+        if end.tau < self.end && (goal - end.share) * direction < 0.0 {
+            return Trial::TooFar;
+        }
+        if goal > 1.0
+            && end.share > 1.0
+            && let Some((_, to)) = self.cruise
+            && end.tau + self.way_back(end.share) > to
+        {
+            return Trial::NoRoom;
+        }
+        Trial::Fine
+    }
+
+    /// Makes the way out the one with constant `f''` that ends at the goal, where that keeps the limits.
+    fn land(&mut self, goal: f64, most: f64, length: f64) -> bool {
+        let State { share, slope, .. } = self.state;
+        let whole = 2.0 * (goal - share) / slope;
+        if !(whole > 0.0 && whole <= PARTS * length) {
+            return false;
+        }
+        let bend = -slope / whole;
+        if bend.abs() > most * (1.0 + 1e-6) {
+            return false;
+        }
+        // Not before it needs most of what there is.
+        let from = self.state;
+        let able = self.within_jerk(&from, most * bend.signum(), most, length);
+        if whole > 4.0 * length && bend.abs() < 0.97 * able.abs() {
+            return false;
+        }
+        if goal > 1.0
+            && let Some((_, to)) = self.cruise
+            && self.state.after(bend, whole).tau + self.way_back(goal) > to
+        {
+            return false;
+        }
+        if !self.fits_in_parts(self.state, bend, whole, length) {
+            return false;
+        }
+        self.way_out.steps.clear();
+        self.way_out.steps.push((bend, whole));
+        self.way_out.share = goal;
+        true
+    }
+
+    fn fits_in_parts(&mut self, mut at: State, bend: f64, whole: f64, length: f64) -> bool {
+        let parts = (whole / length).ceil().clamp(1.0, 1e4);
+        let mut i = 0.0;
+        while i < parts {
+            if !self.fits(&at, bend, whole / parts) {
+                return false;
+            }
+            at = at.after(bend, whole / parts);
+            if at.tau >= self.end {
+                return true;
+            }
+            i += 1.0;
+        }
+        true
+    }
+
+    /// A change of the length that was asked for, as two parabolas, where that keeps the limits. One that was asked for very slowly is
+    /// made slower still until it does.
+    fn try_as_a_whole(&mut self) {
+        let Change { share: goal, size, mut asked_s, .. } = self.change;
+        if !(asked_s > 0.0) || goal > 1.0 || self.state.share > 1.0 {
+            return;
+        }
+        let natural = PARTS * {
+            self.change.asked_s = 0.0;
+            let step = self.step_s();
+            self.change.asked_s = asked_s;
+            step
+        };
+        let tries = if asked_s > SLOW * natural { 30 } else { 1 };
+        // All of it is looked at: not in panels as narrow as for the shortest change.
+        let width = (0.02 * asked_s.min(SLOW * natural)).clamp(1e-4 * self.end, 0.01 * self.end);
+        self.road.restart(self.state.tau, width);
+        let direction = (goal - self.state.share).signum();
+        let parts = (asked_s / natural * 20.0).clamp(PARTS, 5e3);
+        for _ in 0..tries {
+            let (half, bend) = (0.5 * asked_s, direction * 4.0 * size / (asked_s * asked_s));
+            let middle = self.state.after(bend, half);
+            if self.fits_in_parts(self.state, bend, half, asked_s / parts)
+                && (middle.tau >= self.end || self.fits_in_parts(middle, -bend, half, asked_s / parts))
+            {
+                self.way_out.steps.clear();
+                self.way_out.steps.extend([(-bend, half), (bend, half)]);
+                self.way_out.share = goal;
+                self.change.whole = true;
+                return;
+            }
+            asked_s *= 1.5;
+        }
+        self.restart();
+    }
+}
