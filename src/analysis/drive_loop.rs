@@ -26,8 +26,8 @@ use crate::servo::{AxisParameters, LoopSettings, RealDrive, ServoError};
 /// let mut alpha = Scenario::builtin("alpha")?;
 /// alpha.drives[0].effects.delay = Some(Delay { samples: 0.5 });
 /// let x = DriveLoop::new(&alpha.axes[0], &alpha.drives[0], &alpha.settings)?;
-/// // Half a millisecond of the 0.98 ms that the model has to spare.
-/// assert!(x.is_stable() && (x.margins().delay_margin_s - 0.48e-3).abs() < 1e-5);
+/// // It takes half of the 0.98 ms that the model has to spare.
+/// assert!(x.is_stable() && (x.margins().delay_margin_s - 0.493e-3).abs() < 1e-6);
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
 #[derive(Debug, Clone)]
