@@ -245,6 +245,24 @@ fn a_cutter_too_large_and_a_surface_that_folds_are_told_where() {
 }
 
 #[test]
+fn a_flat_end_on_a_slope_keeps_the_scallop_or_says_where_it_cannot() {
+    // A slope of 0.12: a flat end leaves 0.12 r under its axis however near the passes are.
+    let folder = folder_with(&small());
+    let with = |radius_mm: f64| {
+        let mut command = servosim(folder.path());
+        let set = format!("cutter.flat.radius_mm={radius_mm}");
+        command.args(["toolpath", "small.toml", "--plots", "none", "--format", "json", "--set", &set]);
+        command
+    };
+    for radius_mm in [1.0, 2.0] {
+        let summary = json(&mut with(radius_mm));
+        assert!(number(&summary, "/nominal/largest_scallop_um") <= 300.0, "{summary:#}");
+    }
+    let (code, _, err) = stdout(&mut with(4.0));
+    assert!(code == 2 && err.contains("a ridge of") && err.contains("stays however near"), "{code}: {err}");
+}
+
+#[test]
 fn damaged_meshes_are_told_of() {
     let mesh = small().replacen(
         "[surface.nurbs]\ndegree = [1, 1]\ncontrol_points_mm = [[[0, 0, 0], [0, 30, 3]], [[30, 0, 2], [30, 30, 5]]]",
