@@ -5,6 +5,7 @@ use nalgebra::Complex;
 use super::linear_drive::LinearDrive;
 use super::margins::Margins;
 use super::response::Feedforward;
+use crate::optimize::golden_section;
 
 /// Points a decade of the logarithmic grid, and of the even one beside it.
 const A_DECADE: f64 = 250.0;
@@ -83,8 +84,8 @@ impl<'a> OnGrid<'a> {
             let omega = |i: usize| self.points.get(i).map(|(omega, _)| *omega);
             let here = omega(i).unwrap_or(0.0);
             let (low, high) = (i.checked_sub(1).and_then(omega).unwrap_or(here), omega(i + 1).unwrap_or(here));
-            let found = highest(low, high, |omega| self.sensitivity(omega));
-            let (at, peak) = if found.1 > value { found } else { (here, value) };
+            let (at, least) = golden_section(low, high, 60, |omega| -self.sensitivity(omega));
+            let (at, peak) = if -least > value { (at, -least) } else { (here, value) };
             if peak > best.0 {
                 best = (peak, at);
             }
@@ -159,23 +160,4 @@ pub(super) fn bisect(mut low: f64, mut high: f64, holds: impl Fn(f64) -> bool) -
         if holds(middle) { low = middle } else { high = middle }
     }
     high
-}
-
-/// The highest place between two, by the golden section, and its value: one hill.
-fn highest(mut low: f64, mut high: f64, value: impl Fn(f64) -> f64) -> (f64, f64) {
-    const GOLDEN: f64 = 0.618_033_988_749_894_9;
-    let (mut a, mut b) = (high - GOLDEN * (high - low), low + GOLDEN * (high - low));
-    let (mut at_a, mut at_b) = (value(a), value(b));
-    for _ in 0..60 {
-        if at_a > at_b {
-            (high, b, at_b) = (b, a, at_a);
-            a = high - GOLDEN * (high - low);
-            at_a = value(a);
-        } else {
-            (low, a, at_a) = (a, b, at_b);
-            b = low + GOLDEN * (high - low);
-            at_b = value(b);
-        }
-    }
-    if at_a > at_b { (a, at_a) } else { (b, at_b) }
 }

@@ -1,5 +1,7 @@
 //! Roundness of a set of points: how far apart two concentric circles are that hold them all.
 
+use crate::optimize::golden_section;
+
 /// A point of a profile: place on the plane counted from the nominal centre, and its distance less the nominal radius \[mm\].
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Point {
@@ -117,29 +119,9 @@ fn spread(points: &[Point], centre: [f64; 2]) -> f64 {
 
 /// Where the spread is smallest: convex in both coordinates, so one golden section inside another finds it.
 fn minimum(points: &[Point], around: [f64; 2], width: f64) -> [f64; 2] {
-    let best_y = |x: f64| golden(around[1] - width, around[1] + width, |y| spread(points, [x, y]));
-    let x = golden(around[0] - width, around[0] + width, |x| spread(points, [x, best_y(x)]));
-    [x, best_y(x)]
-}
-
-/// The minimum of a convex function between two values.
-fn golden(mut low: f64, mut high: f64, value: impl Fn(f64) -> f64) -> f64 {
-    const SHARE: f64 = 0.618_033_988_749_894_9;
-    let mut left = high - SHARE * (high - low);
-    let mut right = low + SHARE * (high - low);
-    let (mut at_left, mut at_right) = (value(left), value(right));
-    for _ in 0..52 {
-        if at_left < at_right {
-            (high, right, at_right) = (right, left, at_left);
-            left = high - SHARE * (high - low);
-            at_left = value(left);
-        } else {
-            (low, left, at_left) = (left, right, at_right);
-            right = low + SHARE * (high - low);
-            at_right = value(right);
-        }
-    }
-    0.5 * (low + high)
+    let best_y = |x: f64| golden_section(around[1] - width, around[1] + width, 52, |y| spread(points, [x, y]));
+    let (x, _) = golden_section(around[0] - width, around[0] + width, 52, |x| best_y(x).1);
+    [x, best_y(x).0]
 }
 
 #[cfg(test)]

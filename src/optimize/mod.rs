@@ -26,6 +26,7 @@
 mod bounds;
 mod cma_es;
 mod eigen;
+mod golden_section;
 mod nelder_mead;
 mod outcome;
 mod pattern_search;
@@ -33,6 +34,7 @@ mod random;
 mod value;
 
 pub use cma_es::CmaEs;
+pub(crate) use golden_section::golden_section;
 pub use nelder_mead::NelderMead;
 pub use outcome::{Outcome, Step};
 pub use pattern_search::PatternSearch;

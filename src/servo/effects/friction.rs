@@ -141,7 +141,8 @@ impl Friction {
             // A mass on bristles is damped critically by 2 √(σ0 J).
             let critical = 2.0 * (lugre.stiffness_nm_rad * inertia_kg_m2).sqrt();
             if lugre.damping_nm_s_rad > 2.0 * critical {
-                let needed = "at most 4 √(stiffness_nm_rad J), J the inertia that rubs (the table's, of two masses): twice what damps it critically on its bristles";
+                let needed = "at most 4 √(stiffness_nm_rad J), J the inertia that rubs (the table's, of two masses): twice \
+                              what damps it critically on its bristles";
                 return Err(ServoError { name: "damping_nm_s_rad", value: lugre.damping_nm_s_rad, needed });
             }
         }

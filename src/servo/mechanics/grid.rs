@@ -1,4 +1,4 @@
-//! Exact steps of the linear machine, over 1, 2, … 64 ticks.
+//! Exact steps of the linear machine, over 1, 2, … 32 ticks.
 //!
 //! With the state `z`, the voltage `u` constant and the torques at motor and table polynomials of time, a step of length `h` is
 //! linear in `z`, `u` and the polynomials' coefficients: the matrix exponential of the augmented system
@@ -8,7 +8,10 @@
 
 use nalgebra::SMatrix;
 
-/// Ticks of the longest step: events are located to one (16 µs of a period of 1 ms), and inside of it by what acts meanwhile.
+use crate::servo::AxisParameters;
+use crate::servo::effects::Effects;
+
+/// Ticks of the longest step: events are located to one (31 µs of a period of 1 ms), and inside of it by what acts meanwhile.
 pub(super) const TICKS: usize = 32;
 
 /// Components of the state: motor torque, motor speed, twist, table speed, table position.
@@ -53,6 +56,22 @@ pub(super) struct Linear {
 }
 
 impl Linear {
+    /// That of an axis with what is linear of its effects.
+    pub(super) fn new(axis: &AxisParameters, effects: &Effects) -> Self {
+        let (drive, plant) = (&axis.drive, effects.plant(&axis.plant));
+        let table_inertia = effects.two_mass.map(|two_mass| two_mass.table_inertia_kg_m2(drive));
+        Self {
+            torque_per_volt: 1.0 / drive.torque_to_voltage_v_nm,
+            current_rate: effects.current_loop.map(|c| 2.0 * std::f64::consts::PI * c.bandwidth_hz),
+            motor_inertia: plant.inertia_kg_m2(drive) - table_inertia.unwrap_or(0.0),
+            table_inertia,
+            motor_viscous: plant.viscous_nm_s_rad(drive),
+            table_viscous: effects.friction.map_or(0.0, |friction| friction.curve().viscous_nm_s_rad),
+            stiffness: effects.two_mass.map_or(0.0, |two_mass| two_mass.stiffness_nm_rad(drive)),
+            damping: effects.two_mass.map_or(0.0, |two_mass| two_mass.damping_nm_s_rad(drive)),
+        }
+    }
+
     /// Rates of the state, and how voltage, motor torque and table torque act on it.
     fn rates(&self, free: bool, stuck: bool) -> (SMatrix<f64, STATES, STATES>, SMatrix<f64, STATES, 3>) {
         let mut a = SMatrix::<f64, STATES, STATES>::zeros();

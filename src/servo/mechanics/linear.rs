@@ -2,8 +2,8 @@
 
 use nalgebra::{DMatrix, DVector};
 
-use super::grid::{MOTOR, PLACE, TABLE, TORQUE, TWIST};
-use super::{AxisParameters, Effects, Machine};
+use super::grid::{Linear, MOTOR, PLACE, Step, TABLE, TORQUE, TWIST};
+use super::{AxisParameters, Effects};
 
 /// One control period of a machine without friction but its viscous part, play, ripple and force: with the voltage `u₁` up to the switch
 /// and `u₂` from there on, `z += step z + before u₁ + after u₂`. States that the machine does not have are left out.
@@ -26,9 +26,7 @@ pub(crate) struct LinearMachine {
 impl LinearMachine {
     /// - `switch_share`: the voltage switches at this share of the period (0: at its beginning)
     pub(crate) fn new(axis: &AxisParameters, effects: &Effects, period_s: f64, switch_share: f64) -> Self {
-        // Only what is linear is asked of the machine: the rest of the effects costs time and changes nothing.
-        let effects = Effects { backlash: None, ripple: None, force: None, ..effects.clone() };
-        let linear = Machine::new(axis, &effects, period_s, 0.0, 0.0).linear;
+        let linear = Linear::new(axis, effects);
         let mut kept = Vec::with_capacity(5);
         if linear.current_rate.is_some() {
             kept.push(TORQUE);
@@ -42,11 +40,7 @@ impl LinearMachine {
         let all = linear.step(period_s, false, false);
         let late = linear.step(period_s - switch_s, false, false);
         let early = linear.step(switch_s, false, false);
-        // What the first voltage did by the switch goes on from there as any state does; the place moves nothing.
-        let mut before = early.voltage[1];
-        for (column, from) in late.state.iter().zip(early.voltage[1]) {
-            super::grid::add(&mut before, column, from);
-        }
+        let [before, after] = Step::joined(&all, &early, &late).voltage;
         let of = |column: &[f64; super::LANES]| DVector::from_iterator(kept.len(), kept.iter().map(|&row| column[row]));
         let step = DMatrix::from_fn(kept.len(), kept.len(), |row, column| {
             all.state.get(kept[column]).map_or(0.0, |from| from[kept[row]])
@@ -54,6 +48,6 @@ impl LinearMachine {
         let index = |state: usize| kept.iter().position(|&kept| kept == state);
         let place = index(PLACE).unwrap_or(0);
         let motor = index(if flexible { MOTOR } else { TABLE }).unwrap_or(0);
-        Self { step, before: of(&before), after: of(&late.voltage[1]), motor, twist: index(TWIST), place }
+        Self { step, before: of(&before), after: of(&after), motor, twist: index(TWIST), place }
     }
 }

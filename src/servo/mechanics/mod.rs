@@ -7,7 +7,7 @@
 //! "Exponential integrators", Acta Numerica 19, 2010, section 2); bristles go along a straight line, solved with the speed.
 //!
 //! Events end a step: the table comes to rest, breaks away, meets or leaves a side of the gap. A step in which one happens is cut
-//! where a cubic says that it did, to a 64th of the whole; then the machine changes its mode, and what the other mode's torque would
+//! where a cubic says that it did, to a 32nd of the whole; then the machine changes its mode, and what the other mode's torque would
 //! have done since then is made up for. Linear modes: table free to move or stuck, screw in contact or in the gap.
 //!
 //! Nearly every period is one step, its voltages with it; one in which something happens, or that was foreseen badly, is taken
@@ -136,21 +136,10 @@ impl Machine {
         let plant = effects.plant(&axis.plant);
         let r_g = drive.transmission_mm_rad;
         let forces = Forces::new(effects, drive, start_mm);
-        let inertia = plant.inertia_kg_m2(drive);
-        let table_inertia = effects.two_mass.map(|two_mass| two_mass.table_inertia_kg_m2(drive));
-        let linear = Linear {
-            torque_per_volt: 1.0 / drive.torque_to_voltage_v_nm,
-            current_rate: effects.current_loop.map(|c| 2.0 * std::f64::consts::PI * c.bandwidth_hz),
-            motor_inertia: inertia - table_inertia.unwrap_or(0.0),
-            table_inertia,
-            motor_viscous: plant.viscous_nm_s_rad(drive),
-            table_viscous: effects.friction.map_or(0.0, |friction| friction.curve().viscous_nm_s_rad),
-            stiffness: effects.two_mass.map_or(0.0, |two_mass| two_mass.stiffness_nm_rad(drive)),
-            damping: effects.two_mass.map_or(0.0, |two_mass| two_mass.damping_nm_s_rad(drive)),
-        };
+        let linear = Linear::new(axis, effects);
         let resonance = effects.two_mass.map_or(0.0, |two_mass| two_mass.resonance_rad_s(&plant, drive));
         let half_gap = effects.backlash.map_or(0.0, |backlash| 0.5e-3 * backlash.gap_um / r_g);
-        let flexible = table_inertia.is_some();
+        let flexible = linear.table_inertia.is_some();
         let gapped = flexible && half_gap > 0.0;
         let sticks = matches!(forces.rub, Rub::Coulomb);
         let part = |begin_s: f64, length_s: f64| {
@@ -198,7 +187,7 @@ impl Machine {
             near: 0,
             linear,
             per_tolerance: r_g / effects.integration.tolerance_mm_s,
-            lightness: 1.0 / table_inertia.unwrap_or(inertia),
+            lightness: 1.0 / effects.rubbing_kg_m2(&axis.plant, drive),
             half_gap,
             flexible,
             gapped,
