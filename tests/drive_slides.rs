@@ -58,7 +58,7 @@ fn validates_free_slides() {
             Effects { force: Some(CuttingForce::OverPosition(table(&over_place))), ..Effects::default() },
             5.0,
         ),
-        ("ripple", Effects { ripple: ripple(24), ..push() }, 20.0),
+        ("ripple", Effects { ripple: ripple(24), ..push() }, 2.0),
         // What the tolerance lets through adds up: 1e-5 mm/s for 0.5 s are 5 nm, many times.
         ("two masses, Stribeck", Effects { two_mass, friction: coulomb(0.3), ..push() }, 40.0),
         ("LuGre", Effects { friction: bristles(30.0, 0.2), ..push() }, 40.0),

@@ -273,15 +273,20 @@ impl Machine {
             let angle = trial.z[PLACE] + (trial.z[TWIST] + state.offset);
             trial.ripple = self.forces.ripple(angle);
             let last = trial.z[MOTOR] * h;
-            let [value, slope, curvature] = [trial.ripple[0], trial.ripple[1] * last, trial.ripple[2] * (last * last)];
-            let ends =
-                [value - (waves[0] + (waves[1] + 0.5 * waves[2])), slope - (waves[1] + waves[2]), curvature - waves[2]];
+            // The acceleration's share of the curvature, at both ends: known now.
+            let gained = last - turn;
+            let bent = state.ripple[1] * gained;
+            let along = waves[2] + bent;
+            let [value, slope] = [trial.ripple[0], trial.ripple[1] * last];
+            let curvature = trial.ripple[1].mul_add(gained, trial.ripple[2] * (last * last));
+            let ends = [value - (waves[0] + (waves[1] + 0.5 * along)), slope - (waves[1] + along), curvature - along];
             // What the quintic misses of a wave, what the acceleration and the foreseen angle do.
             let square = last * last;
             let further = (step.motor_end[0][PLACE] + step.motor_end[0][TWIST]) * ends[0];
-            let astray = further.abs() + (last - turn).abs() * (1.0 / 120.0);
+            let astray = further.abs() + gained.abs() * (1.0 / 1200.0);
             let missed = self.forces.sixth.mul_add(square * square * square, self.forces.steep * astray);
             trial.miss = step.motor[0][MOTOR] * missed * self.per_tolerance;
+            add(&mut trial.z, &step.motor[2], bent);
             add(&mut trial.z, &step.motor_end[0], ends[0]);
             add(&mut trial.z, &step.motor_end[1], ends[1]);
             add(&mut trial.z, &step.motor_end[2], ends[2]);
@@ -362,9 +367,9 @@ impl Machine {
                 slope = (steep * self.lightness * h).mul_add(pushed, slope);
             }
             add(&mut trial.z, &step.table_end[1], slope);
-            // What a cubic misses (a 720th of the fourth derivative; the third shows, and the fourth is taken to be no larger), and what
-            // bends of the curve and corners do.
-            let shape = (slope - 2.0 * value).abs() * (1.0 / 120.0);
+            // What a cubic misses (a 720th of the fourth derivative; the third shows, and the fourth is taken to be a quarter of it,
+            // `tests/drive_slides.rs`), and what bends of the curve and corners do.
+            let shape = (slope - 2.0 * value).abs() * (1.0 / 480.0);
             let bend = self.forces.sharpest * (moved * moved);
             step.table[0][TABLE] * (shape + bend + 0.5 * corner)
         };
