@@ -26,6 +26,9 @@ except ImportError:
 
 TOPICS = {"/servo": "servosim.Servo", "/scene": "foxglove.SceneUpdate", "/log": "foxglove.Log"}
 
+# Of runs whose drives are more than their model.
+DRIVES = {"/drives": "servosim.Drives"}
+
 # The names that a recording promises; others may be added, none renamed.
 SERVO_FIELDS = {
     "time_s": None,
@@ -35,6 +38,8 @@ SERVO_FIELDS = {
     "contour_error_um": None,
     "tracking_error_um": None,
 }
+DRIVE = ["measured_mm", "measured_rad_s", "motor_mm", "table_mm_s", "motor_torque_nm", "ripple_nm", "friction_nm", "force_nm"]
+DRIVES_FIELDS = {"time_s": None, "x": [*DRIVE, "stuck", "in_gap"], "y": [*DRIVE, "stuck", "in_gap"]}
 
 
 class Checks:
@@ -101,7 +106,8 @@ def check_file(check, name):
             return
         schemas = {schema.name: schema for schema in summary.schemas.values()}
         topics = {c.topic: summary.schemas[c.schema_id].name for c in summary.channels.values()}
-        check(f"{name}: topics", topics == TOPICS, topics)
+        drives = not attachment_keys(reader).isdisjoint(("effects", "remedies", "controller", "cross_coupling"))
+        check(f"{name}: topics", topics == (TOPICS | DRIVES if drives else TOPICS), topics)
         check(f"{name}: protobuf", all(s.encoding == "protobuf" for s in summary.schemas.values()))
         check_descriptors(check, name, schemas)
 
@@ -118,7 +124,7 @@ def check_file(check, name):
         period_ns = figures["period_s"] * 1e9
 
         counts, errors = Counter(), Counter()
-        last, samples, largest_um, entities = 0, 0, 0.0, []
+        last, samples, told, largest_um, entities = 0, 0, 0, 0.0, []
         for schema, channel, message, decoded in reader.iter_decoded_messages(log_time_order=False):
             counts[channel.topic] += 1
             errors["log_time goes back"] += message.log_time < last
@@ -130,13 +136,21 @@ def check_file(check, name):
                 errors["time_s is not k Δt"] += abs(decoded.time_s * 1e9 - message.log_time) > 0.5 + 1e-9 * last
                 largest_um = max(largest_um, abs(decoded.contour_error_um))
                 if samples == 0:
-                    check_fields(check, name, decoded.DESCRIPTOR)
+                    check_fields(check, name, decoded.DESCRIPTOR, SERVO_FIELDS)
                 samples += 1
+            elif channel.topic == "/drives":
+                # Before the sample that it belongs to.
+                errors["what drives tell is out of order"] += message.sequence != samples or told != samples
+                errors["what drives tell is late"] += abs(decoded.time_s * 1e9 - message.log_time) > 0.5 + 1e-9 * last
+                if told == 0:
+                    check_fields(check, name, decoded.DESCRIPTOR, DRIVES_FIELDS)
+                told += 1
             elif channel.topic == "/scene":
                 entities.extend((message.log_time, entity) for entity in decoded.entities)
-        for what in ("log_time goes back", "publish_time differs", "sequence is not k", "log_time is not k Δt", "time_s is not k Δt"):
+        for what in ("log_time goes back", "publish_time differs", "sequence is not k", "log_time is not k Δt", "time_s is not k Δt", "what drives tell is out of order", "what drives tell is late"):
             check(f"{name}: {what}", errors[what] == 0, f"{errors[what]} times")
         check(f"{name}: samples", samples == figures["samples"], f"{samples}, the summary says {figures['samples']}")
+        check(f"{name}: samples with what drives tell", told == (samples if drives else 0), told)
         check(f"{name}: largest error", largest_um == figures["max_contour_error_um"], largest_um)
         stated = {summary.channels[i].topic: n for i, n in summary.statistics.channel_message_counts.items()}
         check(f"{name}: statistics", stated == dict(counts), (stated, dict(counts)))
@@ -152,8 +166,15 @@ def check_file(check, name):
         check(f"{name}: chunks are not compressed", all(c.compression == "" for c in chunks))
 
 
-def check_fields(check, name, descriptor):
-    for field, inner in SERVO_FIELDS.items():
+def attachment_keys(reader):
+    """The keys in the headings of the scenario's tables."""
+    text = "".join(a.data.decode() for a in reader.iter_attachments() if a.name == "scenario.toml")
+    headings = (line.strip("[] ") for line in text.splitlines() if line.startswith("["))
+    return {key for heading in headings for key in heading.split(".")}
+
+
+def check_fields(check, name, descriptor, fields):
+    for field, inner in fields.items():
         found = descriptor.fields_by_name.get(field)
         check(f"{name}: field {field}", found is not None)
         for part in inner or []:

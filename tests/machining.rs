@@ -294,7 +294,7 @@ fn observers_see_a_program_as_any_run() {
     let bytes = recorder.finish(&summary).unwrap().writer;
     let mut samples = 0;
     let mut table = Vec::new();
-    csv::write_header(&mut table, 3).unwrap();
+    csv::write_header(&mut table, 3, false).unwrap();
     let mut heights = Vec::new();
     let recording = Recording::read_from("part", std::io::Cursor::new(&bytes), |sample| {
         samples += 1;

@@ -512,9 +512,9 @@ fn csv_holds_every_signal_in_full() {
     let (bytes, summary) = record(0.0);
     let (_, samples) = read(&bytes).unwrap();
     let mut text = Vec::new();
-    csv::write_header(&mut text, 2).unwrap();
+    csv::write_header(&mut text, 2, false).unwrap();
     for &servo in &samples {
-        csv::write_row(&mut text, &Sample { servo, third: None }).unwrap();
+        csv::write_row(&mut text, &Sample { servo, third: None, drives: None, third_drive: None }).unwrap();
     }
     let text = String::from_utf8(text).unwrap();
     let mut lines = text.lines();

@@ -1,4 +1,5 @@
-//! Recording against the bare MCAP writer that is handed the very messages of the recording, encoded beforehand.
+//! Recording against the bare MCAP writer that is handed the very messages of the recording, encoded beforehand: of models, and of real
+//! drives with what they tell.
 
 use std::collections::BTreeMap;
 use std::sync::Arc;
@@ -9,6 +10,7 @@ use servosim::feedrate::{Motion, Profile};
 use servosim::limits::Limits;
 use servosim::path::Path;
 use servosim::recording::{Facts, Recorder};
+use servosim::scenario::Scenario;
 use servosim::servo::LoopSettings;
 use servosim::simulation::{Observer, Period, RunPlan, Simulation};
 use servosim::summary::SummaryObserver;
@@ -16,12 +18,23 @@ use servosim::summary::SummaryObserver;
 use crate::{fastest, seconds};
 
 pub(crate) fn bench(quick: bool) {
+    of("recording", false, quick);
+    of("recording, real drives", true, quick);
+}
+
+fn of(name: &str, real: bool, quick: bool) {
     let (path, axes) = crate::alpha();
     let motion = Motion::plan(path.length_mm(), 100.0, Profile::Exponential { phase_s: 0.1, n_c: 8.12 })
         .expect("a motion along alpha");
     let settings = LoopSettings { settling_s: if quick { 1.0 } else { 10.0 }, ..LoopSettings::default() };
     let limits = Limits::default();
-    let simulation = Simulation::new(&path, &motion, axes, settings).expect("a run");
+    let drives = Scenario::builtin("alpha-real").expect("alpha-real").drives;
+    let simulation = if real {
+        Simulation::with_drives(&path, &motion, axes, &drives, None, settings)
+    } else {
+        Simulation::new(&path, &motion, axes, settings)
+    };
+    let simulation = simulation.expect("a run");
     let samples = simulation.samples();
     let periods: Vec<Period<2>> = simulation.collect();
     let plan = RunPlan::new(&path, &motion, &settings, &axes, &limits, samples);
@@ -87,7 +100,7 @@ pub(crate) fn bench(quick: bool) {
     }
     let (ours, theirs) = (fastest(ours), fastest(theirs));
     println!(
-        "recording                  {:7.1} ns/sample  ({:.2} times the bare writer; promised: at most 1.5)",
+        "{name:<26} {:7.1} ns/sample  ({:.2} times the bare writer; promised: at most 1.5)",
         1e9 * ours / samples as f64,
         ours / theirs
     );

@@ -28,7 +28,7 @@ pub(crate) struct InspectArgs {
     /// How the contents are summarised: for people, or as one JSON object
     #[arg(long, value_enum, default_value_t = InspectFormat::Text, conflicts_with = "csv")]
     format: InspectFormat,
-    /// Write the samples of /servo as CSV to standard output instead
+    /// Write the samples of /servo as CSV to standard output instead; those of /drives, what real drives tell, stand beside them
     #[arg(long)]
     csv: bool,
 }
@@ -64,12 +64,12 @@ fn write_contents(args: &InspectArgs, out: &mut dyn Write, notes: &mut dyn Write
         let result = Recording::read(&file, |sample| {
             if header_due {
                 header_due = false;
-                csv::write_header(&mut out, if sample.third.is_some() { 3 } else { 2 })?;
+                csv::write_header(&mut out, if sample.third.is_some() { 3 } else { 2 }, sample.drives.is_some())?;
             }
             csv::write_row(&mut out, sample)
         });
         if header_due && let Ok(recording) = &result {
-            csv::write_header(&mut out, recording.axes).map_err(CliError::Stdout)?;
+            csv::write_header(&mut out, recording.axes, recording.drives).map_err(CliError::Stdout)?;
         }
         // What was read before the damage is worth having.
         out.flush().map_err(CliError::Stdout)?;

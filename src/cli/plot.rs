@@ -129,7 +129,7 @@ pub(crate) fn load(path: &Path, stop: Option<&AtomicBool>) -> Result<RunData, Cl
     Ok(data)
 }
 
-fn sample(Sample { servo, third }: &Sample) -> PlotSample {
+fn sample(Sample { servo, third, .. }: &Sample) -> PlotSample {
     let Third { z, nearest_z_mm, rapid, .. } = third.unwrap_or_default();
     PlotSample {
         time_s: servo.time_s,

@@ -33,7 +33,8 @@ What the drives do beside their models is switched on in the scenario, a table e
   [axes.x.remedies]    notch, low_pass, acceleration, friction, backlash, pitch, zero_phase
   [axes.x.controller]  p_pi, pid, cascade
   [control.cross_coupling], and [[feedrate.override]], which turns the feed during the run
-`servosim schema` lists every key. A scenario with effects gets a table of what each costs.
+`servosim schema` lists every key. A scenario with effects gets a table of what each costs, and its
+recording a topic /drives: what the drives tell in every control period.
 
 SCENARIO is looked for as a file, then in the folder scenarios, then among the built-in ones (alpha, alpha-real, heart, star).
 A name that ends in .nc (.ngc .mpf .tap .gcode …) is an NC program: it runs on the machine of its part, PROGRAM.part.toml beside
@@ -53,6 +54,9 @@ pub(crate) struct RunArgs {
 
 /// What a control period takes in a recording, about.
 const BYTES_A_SAMPLE: u64 = 311;
+
+/// What the drives tell takes beside, where they are more than their model.
+const BYTES_A_SAMPLE_OF_DRIVES: u64 = 212;
 
 /// From this size on a recording is told of before it is written \[bytes\].
 const WORTH_A_WARNING: u64 = 1_000_000_000;
@@ -79,7 +83,8 @@ pub(crate) fn run(args: &RunArgs) -> Result<Outcome, CliError> {
     make_folder(&args.out.folder)?;
 
     let simulation = scenario.simulation()?;
-    let bytes = simulation.samples().saturating_mul(BYTES_A_SAMPLE);
+    let of_drives = if scenario.is_model() { 0 } else { BYTES_A_SAMPLE_OF_DRIVES };
+    let bytes = simulation.samples().saturating_mul(BYTES_A_SAMPLE + of_drives);
     if !args.out.print.quiet && bytes >= WORTH_A_WARNING {
         note(&format!(
             "note: {} samples make a recording of about {} GB in {}; Ctrl-C ends the run",

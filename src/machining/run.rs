@@ -221,7 +221,8 @@ impl<I: Iterator<Item = Result<Block, NcError>>> ProgramRun<I> {
         };
         self.window.forget(&self.base, s);
         self.axes.tell_error(|| error.nearest_mm - actual_mm);
-        Ok(Some(ProgramPeriod { period: Period::of(k, setpoint, axes, &error), place }))
+        let period = Period::of(k, setpoint, axes, &error, self.axes.drive_signals());
+        Ok(Some(ProgramPeriod { period, place }))
     }
 
     /// A period of a program without motion.
@@ -240,7 +241,8 @@ impl<I: Iterator<Item = Result<Block, NcError>>> ProgramRun<I> {
         let actual_mm = nalgebra::SVector::from_fn(|axis, _| axes[axis].actual_mm);
         let foot = crate::path::Foot { s_mm: 0.0, point_mm: position_mm, tangent: zero };
         let error = crate::contour::ContourError::of(&actual_mm, &foot, (actual_mm - position_mm).norm());
-        ProgramPeriod { period: Period::of(k, setpoint, axes, &error), place: Place::default() }
+        let period = Period::of(k, setpoint, axes, &error, self.axes.drive_signals());
+        ProgramPeriod { period, place: Place::default() }
     }
 
     /// Pulls the run to its end through the observers, as [`Simulation::run`](crate::simulation::Simulation::run) does. `facts`

@@ -1,9 +1,9 @@
-//! `/servo` as comma-separated values: one line a control period, full double precision.
+//! `/servo`, and `/drives` where there is one, as comma-separated values: one line a control period, full double precision.
 
 use std::io::{self, Write};
 use std::mem;
 
-use super::messages::{Sample, Servo, Third};
+use super::messages::{Drives, Sample, Servo, Third, ThirdDrive};
 
 /// Names the columns and says how each is written: `group.field` becomes the column `group_field`.
 macro_rules! columns {
@@ -60,13 +60,34 @@ columns! {
     nearest_z_mm, line, rapid
 }
 
-/// Writes the line with the names of the columns of a machine with this many axes.
+columns! {
+    /// The names of the columns that follow where the drives are more than their model; with three axes, after [`THIRD_COLUMNS`].
+    DRIVE_COLUMNS;
+    write_drives, drives: Drives;
+    x.measured_mm, x.measured_rad_s, x.motor_mm, x.table_mm_s, x.motor_torque_nm, x.ripple_nm, x.friction_nm, x.force_nm,
+    x.stuck, x.in_gap,
+    y.measured_mm, y.measured_rad_s, y.motor_mm, y.table_mm_s, y.motor_torque_nm, y.ripple_nm, y.friction_nm, y.force_nm,
+    y.stuck, y.in_gap
+}
+
+columns! {
+    /// The names of the columns that follow [`DRIVE_COLUMNS`] for a machine with three axes.
+    THIRD_DRIVE_COLUMNS;
+    write_third_drive, third: ThirdDrive;
+    z.measured_mm, z.measured_rad_s, z.motor_mm, z.table_mm_s, z.motor_torque_nm, z.ripple_nm, z.friction_nm, z.force_nm,
+    z.stuck, z.in_gap
+}
+
+/// Writes the line with the names of the columns of a machine with this many axes, whose drives tell more than their model or do not.
 ///
 /// # Errors
 /// Those of `out`.
-pub fn write_header(out: &mut dyn Write, axes: usize) -> io::Result<()> {
-    let third = if axes > 2 { THIRD_COLUMNS } else { &[] };
-    writeln!(out, "{}", [COLUMNS, third].concat().join(","))
+pub fn write_header(out: &mut dyn Write, axes: usize, drives: bool) -> io::Result<()> {
+    let third = axes > 2;
+    let groups =
+        [(COLUMNS, true), (THIRD_COLUMNS, third), (DRIVE_COLUMNS, drives), (THIRD_DRIVE_COLUMNS, drives && third)];
+    let names: Vec<&str> = groups.iter().filter(|(_, there)| *there).flat_map(|(names, _)| *names).copied().collect();
+    writeln!(out, "{}", names.join(","))
 }
 
 /// Writes the values of one control period, and the end of the line. Numbers read back as the same double; a flag is 0 or 1.
@@ -78,6 +99,12 @@ pub fn write_row(out: &mut dyn Write, sample: &Sample) -> io::Result<()> {
     if let Some(third) = &sample.third {
         write_third(out, third, ",")?;
     }
+    if let Some(drives) = &sample.drives {
+        write_drives(out, drives, ",")?;
+    }
+    if let Some(third) = &sample.third_drive {
+        write_third_drive(out, third, ",")?;
+    }
     writeln!(out)
 }
 
@@ -86,8 +113,8 @@ mod tests {
     use prost::Message;
     use prost_types::FileDescriptorSet;
 
-    use super::{COLUMNS, THIRD_COLUMNS};
-    use crate::recording::messages::{Servo, Servo3};
+    use super::{COLUMNS, DRIVE_COLUMNS, THIRD_COLUMNS, THIRD_DRIVE_COLUMNS};
+    use crate::recording::messages::{Drives, Drives3, Servo, Servo3};
     use crate::recording::schema::Described;
 
     fn leaves(set: &FileDescriptorSet, name: &str, prefix: &str) -> Vec<String> {
@@ -107,5 +134,16 @@ mod tests {
         assert_eq!(COLUMNS, leaves(&set, ".servosim.Servo", ""));
         let set = FileDescriptorSet::decode(&Servo3::schema()[..]).unwrap();
         assert_eq!([COLUMNS, THIRD_COLUMNS].concat(), leaves(&set, ".servosim.Servo3", ""));
+        // The time is that of the line.
+        let set = FileDescriptorSet::decode(&Drives::schema()[..]).unwrap();
+        assert_eq!([&["time_s"], DRIVE_COLUMNS].concat(), leaves(&set, ".servosim.Drives", ""));
+        let set = FileDescriptorSet::decode(&Drives3::schema()[..]).unwrap();
+        assert_eq!([&["time_s"], DRIVE_COLUMNS, THIRD_DRIVE_COLUMNS].concat(), leaves(&set, ".servosim.Drives3", ""));
+        // No two columns have one name.
+        let mut names = [COLUMNS, THIRD_COLUMNS, DRIVE_COLUMNS, THIRD_DRIVE_COLUMNS].concat();
+        let count = names.len();
+        names.sort_unstable();
+        names.dedup();
+        assert_eq!(names.len(), count);
     }
 }

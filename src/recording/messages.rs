@@ -1,4 +1,5 @@
-//! The messages of a run: schema `servosim.Servo`, one a control period.
+//! The messages of a run: schema `servosim.Servo`, one a control period, and `servosim.Drives` beside it where the drives are more
+//! than their model.
 
 use super::schema::{Described, Draft, Files, fixed_message};
 
@@ -93,32 +94,88 @@ fixed_message! {
     }
 }
 
-/// The message of a machine with three axes: the fields of [`Servo`] under the same numbers, so that it can be read as one, then
-/// those of [`Third`]. On the wire it is the one behind the other.
-pub(crate) enum Servo3 {}
-
-impl Described for Servo3 {
-    const FILE: &'static str = "servosim/Servo3.proto";
-    const NAME: &'static str = "Servo3";
-
-    fn fields(files: &mut Files, draft: &mut Draft) {
-        Servo::fields(files, draft);
-        Third::fields(files, draft);
+fixed_message! {
+    "servosim/DriveSignals.proto"
+    /// What one drive tells beside its axis' [`AxisSignals`], where it is more than its model.
+    pub struct DriveSignals {
+        /// Position as the controller was told \[mm\].
+        1 => [double] measured_mm: f64,
+        /// Velocity as the controller was told \[rad/s\].
+        2 => [double] measured_rad_s: f64,
+        /// Where the motor stands, as travel of the table without play, twist and pitch error \[mm\].
+        3 => [double] motor_mm: f64,
+        /// Velocity of the table (of the screw, where it is rigid) \[mm/s\].
+        4 => [double] table_mm_s: f64,
+        /// Torque of the motor without ripple \[N m\].
+        5 => [double] motor_torque_nm: f64,
+        /// Torque ripple \[N m\].
+        6 => [double] ripple_nm: f64,
+        /// Friction at the motor shaft, positive where it pushes forward \[N m\]; without the plant's own viscous one.
+        7 => [double] friction_nm: f64,
+        /// Cutting force as a torque at the motor shaft \[N m\].
+        8 => [double] force_nm: f64,
+        /// Whether the table sticks.
+        9 => [bool] stuck: bool,
+        /// Whether the table floats in the gap, between two masses.
+        10 => [bool] in_gap: bool,
     }
 }
 
-impl Servo3 {
-    const LENGTH: usize = Servo::LENGTH + Third::LENGTH;
-
-    /// The encoded message, which always has the same length.
-    #[inline]
-    pub(crate) fn to_bytes(servo: &Servo, third: &Third) -> [u8; Self::LENGTH] {
-        let mut bytes = [0; Self::LENGTH];
-        let behind = servo.put_fields(&mut bytes, 0);
-        third.put_fields(&mut bytes, behind);
-        bytes
+fixed_message! {
+    "servosim/Drives.proto"
+    /// What the drives tell of one control period. Fields may be added; none is renamed or renumbered.
+    pub struct Drives {
+        /// Time `k Δt` \[s\], that of the period's [`Servo`].
+        1 => [double] time_s: f64,
+        /// The x axis.
+        2 => [message] x: DriveSignals,
+        /// The y axis.
+        3 => [message] y: DriveSignals,
     }
 }
+
+fixed_message! {
+    "servosim/ThirdDrive.proto"
+    /// What a machine with three axes adds to [`Drives`].
+    pub struct ThirdDrive {
+        /// The z axis.
+        4 => [message] z: DriveSignals,
+    }
+}
+
+/// The message of a machine with three axes: the fields of the message for two under the same numbers, so that it can be read as one,
+/// then those of what the third axis adds. On the wire it is the one behind the other.
+macro_rules! of_three_axes {
+    ($file:literal $name:ident = $two:ident, $third:ident) => {
+        pub(crate) enum $name {}
+
+        impl Described for $name {
+            const FILE: &'static str = $file;
+            const NAME: &'static str = stringify!($name);
+
+            fn fields(files: &mut Files, draft: &mut Draft) {
+                $two::fields(files, draft);
+                $third::fields(files, draft);
+            }
+        }
+
+        impl $name {
+            const LENGTH: usize = $two::LENGTH + $third::LENGTH;
+
+            /// The encoded message, which always has the same length.
+            #[inline]
+            pub(crate) fn to_bytes(two: &$two, third: &$third) -> [u8; Self::LENGTH] {
+                let mut bytes = [0; Self::LENGTH];
+                let behind = two.put_fields(&mut bytes, 0);
+                third.put_fields(&mut bytes, behind);
+                bytes
+            }
+        }
+    };
+}
+
+of_three_axes!("servosim/Servo3.proto" Servo3 = Servo, Third);
+of_three_axes!("servosim/Drives3.proto" Drives3 = Drives, ThirdDrive);
 
 /// A control period as a recording holds it.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -127,20 +184,31 @@ pub struct Sample {
     pub servo: Servo,
     /// What a machine with three axes adds to them.
     pub third: Option<Third>,
+    /// What the drives tell beside, where they are more than their model.
+    pub drives: Option<Drives>,
+    /// What a machine with three axes adds to that.
+    pub third_drive: Option<ThirdDrive>,
 }
 
 // The fast encoding writes the length of an inner message in one byte.
 const _: () = assert!(PathSignals::LENGTH < 128 && AxisSignals::LENGTH < 128 && Nearest::LENGTH < 128);
+const _: () = assert!(DriveSignals::LENGTH < 128);
 
-impl Servo {
-    /// The encoded message, which always has the same length.
-    #[inline]
-    pub(crate) fn to_bytes(self) -> [u8; Self::LENGTH] {
-        let mut bytes = [0; Self::LENGTH];
-        self.put_fields(&mut bytes, 0);
-        bytes
-    }
+macro_rules! of_two_axes {
+    ($($name:ident),+) => {$(
+        impl $name {
+            /// The encoded message, which always has the same length.
+            #[inline]
+            pub(crate) fn to_bytes(self) -> [u8; Self::LENGTH] {
+                let mut bytes = [0; Self::LENGTH];
+                self.put_fields(&mut bytes, 0);
+                bytes
+            }
+        }
+    )+};
 }
+
+of_two_axes!(Servo, Drives);
 
 #[cfg(test)]
 mod tests {
@@ -178,6 +246,26 @@ mod tests {
             assert_eq!(bytes[..], [servo.encode_to_vec(), third.encode_to_vec()].concat());
             assert_eq!(Servo::decode(&bytes[..]).unwrap().to_bytes(), servo.to_bytes(), "read as two axes");
             assert_eq!(Third::decode(&bytes[..]).unwrap().encode_to_vec(), third.encode_to_vec(), "and as the third");
+        }
+        let drive = |base: f64, stuck| DriveSignals {
+            measured_mm: base,
+            measured_rad_s: -0.0,
+            motor_mm: base / 3.0,
+            table_mm_s: f64::NEG_INFINITY,
+            motor_torque_nm: -base,
+            ripple_nm: f64::NAN,
+            friction_nm: 0.0,
+            force_nm: f64::MIN_POSITIVE,
+            stuck,
+            in_gap: !stuck,
+        };
+        for drives in [Drives { time_s: 0.25, x: drive(1.5, true), y: drive(-7.0, false) }, Drives::default()] {
+            assert_eq!(drives.to_bytes()[..], drives.encode_to_vec());
+            let third = ThirdDrive { z: drive(11.0, true) };
+            let bytes = Drives3::to_bytes(&drives, &third);
+            assert_eq!(bytes[..], [drives.encode_to_vec(), third.encode_to_vec()].concat());
+            assert_eq!(Drives::decode(&bytes[..]).unwrap().to_bytes(), drives.to_bytes(), "read as two axes");
+            assert_eq!(ThirdDrive::decode(&bytes[..]).unwrap().encode_to_vec(), third.encode_to_vec(), "the third");
         }
     }
 }

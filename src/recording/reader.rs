@@ -14,10 +14,12 @@ use sha2::{Digest, Sha256};
 use super::error::ReadError;
 use super::fields::{self, Fields};
 use super::foxglove::{Level, Log, SceneUpdate};
-use super::messages::{Sample, Servo, Servo3, Third};
+use super::messages::{Drives, Drives3, Sample, Servo, Servo3, Third, ThirdDrive};
 use super::scene::DESIRED;
 use super::schema::Described;
-use super::{LOG_TOPIC, PLAN_METADATA, RUN_METADATA, SCENARIO_NAME, SCENE_TOPIC, SERVO_TOPIC, SUMMARY_NAME};
+use super::{
+    DRIVES_TOPIC, LOG_TOPIC, PLAN_METADATA, RUN_METADATA, SCENARIO_NAME, SCENE_TOPIC, SERVO_TOPIC, SUMMARY_NAME,
+};
 use crate::summary::Summary;
 
 /// Longest record that is read: a scenario with all the points that a path may have is a quarter of it.
@@ -48,6 +50,8 @@ pub struct Recording {
     pub attachments: Vec<AttachmentInfo>,
     /// Axes of the machine: 2 or 3.
     pub axes: usize,
+    /// Whether the drives tell more than their model: every sample has [`Sample::drives`] then.
+    pub drives: bool,
     /// Samples read.
     pub samples: u64,
     /// Time of the first and of the last sample \[s\].
@@ -156,6 +160,7 @@ impl Recording {
             found: Self { axes: 2, ..Self::default() },
             schemas: BTreeMap::new(),
             channels: BTreeMap::new(),
+            drives: None,
             visit,
         };
         let options = LinearReaderOptions::default()
@@ -252,6 +257,8 @@ fn in_words(error: McapError) -> String {
 enum Content {
     Servo,
     Servo3,
+    Drives,
+    Drives3,
     Scene,
     Log,
     Other,
@@ -264,6 +271,8 @@ struct Scan<'a, V> {
     schemas: BTreeMap<u16, String>,
     /// What a channel carries, and its place in the list of topics.
     channels: BTreeMap<u16, (Content, usize)>,
+    /// What the drives told last; the sample that it belongs to follows.
+    drives: Option<(Drives, Option<ThirdDrive>)>,
     visit: V,
 }
 
@@ -321,6 +330,12 @@ impl<V: FnMut(&Sample) -> io::Result<()>> Scan<'_, V> {
         } else if is(SERVO_TOPIC, Servo3::full_name()) {
             self.found.axes = 3;
             Content::Servo3
+        } else if is(DRIVES_TOPIC, Drives::full_name()) {
+            self.found.drives = true;
+            Content::Drives
+        } else if is(DRIVES_TOPIC, Drives3::full_name()) {
+            self.found.drives = true;
+            Content::Drives3
         } else if is(SCENE_TOPIC, SceneUpdate::full_name()) {
             Content::Scene
         } else if is(LOG_TOPIC, Log::full_name()) {
@@ -344,13 +359,27 @@ impl<V: FnMut(&Sample) -> io::Result<()>> Scan<'_, V> {
         let first = topic.messages == 1;
         match content {
             Content::Servo | Content::Servo3 => {
-                let sample = sample(body, content == Content::Servo3)
+                let mut sample = sample(body, content == Content::Servo3)
                     .map_err(|error| self.damaged(&format!("a sample is not one: {error}")))?;
+                let (drives, third_drive) = self.drives.take().unzip();
+                (sample.drives, sample.third_drive) = (drives, third_drive.flatten());
                 let servo = &sample.servo;
+                let at_its_time = sample.drives.is_none_or(|drives| drives.time_s.to_bits() == servo.time_s.to_bits());
+                let is_whole = sample.drives.is_some() == self.found.drives
+                    && sample.third_drive.is_some() == (self.found.drives && sample.third.is_some());
+                if !(at_its_time && is_whole) {
+                    return Err(self.damaged("what the drives tell does not belong to its sample"));
+                }
                 self.found.samples += 1;
                 let (start, _) = self.found.time_range_s.unwrap_or((servo.time_s, servo.time_s));
                 self.found.time_range_s = Some((start, servo.time_s));
                 (self.visit)(&sample).map_err(ReadError::Visitor)
+            }
+            Content::Drives | Content::Drives3 => {
+                let told = drives(body, content == Content::Drives3);
+                let told = told.map_err(|error| self.damaged(&format!("what the drives tell is not that: {error}")))?;
+                self.drives = Some(told);
+                Ok(())
             }
             Content::Scene if first => {
                 let scene =
@@ -410,7 +439,13 @@ impl<V: FnMut(&Sample) -> io::Result<()>> Scan<'_, V> {
 /// A sample of a machine with two axes or with three.
 fn sample(body: &[u8], third: bool) -> Result<Sample, DecodeError> {
     let third = if third { Some(Third::decode(body)?) } else { None };
-    Ok(Sample { servo: Servo::decode(body)?, third })
+    Ok(Sample { servo: Servo::decode(body)?, third, drives: None, third_drive: None })
+}
+
+/// What the drives of a machine with two axes or with three tell.
+fn drives(body: &[u8], third: bool) -> Result<(Drives, Option<ThirdDrive>), DecodeError> {
+    let third = if third { Some(ThirdDrive::decode(body)?) } else { None };
+    Ok((Drives::decode(body)?, third))
 }
 
 /// SHA-256 of a text, in hexadecimal digits.

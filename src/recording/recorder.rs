@@ -13,12 +13,16 @@ use prost::Message;
 use super::error::{RecordingError, into_io};
 use super::foxglove::{Level, Log, SceneUpdate};
 use super::log::{self, Thinning};
-use super::messages::{AxisSignals, Nearest, PathSignals, Servo, Servo3, Third};
+use super::messages::{
+    AxisSignals, DriveSignals, Drives, Drives3, Nearest, PathSignals, Servo, Servo3, Third, ThirdDrive,
+};
 use super::place::Place;
 use super::reader::hex_sha256;
 use super::scene::Scene;
 use super::schema::Described;
-use super::{LOG_TOPIC, PLAN_METADATA, RUN_METADATA, SCENARIO_NAME, SCENE_TOPIC, SERVO_TOPIC, SUMMARY_NAME};
+use super::{
+    DRIVES_TOPIC, LOG_TOPIC, PLAN_METADATA, RUN_METADATA, SCENARIO_NAME, SCENE_TOPIC, SERVO_TOPIC, SUMMARY_NAME,
+};
 use crate::limits::{AXIS_NAMES, Event, Limits};
 use crate::simulation::{Observer, ObserverError, Period, Place as BlockPlace, RunPlan};
 use crate::summary::Summary;
@@ -74,6 +78,7 @@ pub struct Recorder<W: Write> {
 /// What is known once the run has begun.
 struct Run {
     channels: [u16; 3],
+    drives: Telling,
     scene: Scene,
     thinning: Thinning,
     time_ns: u64,
@@ -85,10 +90,20 @@ struct Run {
     log_messages: u32,
 }
 
-/// Index of a topic's channel.
+/// Whether the drives tell anything: the first sample knows.
+#[derive(Clone, Copy)]
+enum Telling {
+    Unknown,
+    Nothing,
+    /// On this channel.
+    On(u16),
+}
+
+/// Index of a topic's channel, or the channel.
 #[derive(Clone, Copy)]
 enum Topic {
     Servo,
+    Drives(u16),
     Scene,
     Log,
 }
@@ -279,6 +294,7 @@ impl<W: Write> Recorder<W> {
         let [servo, scene, log] = run.channels;
         let channel_id = match topic {
             Topic::Servo => servo,
+            Topic::Drives(channel) => channel,
             Topic::Scene => scene,
             Topic::Log => log,
         };
@@ -338,19 +354,63 @@ impl<W: Write> Recorder<W> {
             "run {}: {} samples of {period_s} s along {:.3} mm",
             self.facts.name, plan.samples, plan.totals.length_mm
         );
-        let (thinning, place) = (Thinning::default(), BlockPlace::default());
-        self.run =
-            Some(Run { channels, scene, thinning, time_ns: 0, next: 0, place, scene_messages: 0, log_messages: 0 });
+        self.run = Some(Run {
+            channels,
+            drives: Telling::Unknown,
+            scene,
+            thinning: Thinning::default(),
+            time_ns: 0,
+            next: 0,
+            place: BlockPlace::default(),
+            scene_messages: 0,
+            log_messages: 0,
+        });
         self.log(0, Level::Info, first)?;
         encode(&mut self.buffer, &desired);
         self.message(Topic::Scene, 0)
     }
 
+    /// Writes what the drives tell. It stands before the signals of its sample: where a file ends early, no sample is without it.
     #[inline]
-    fn add_period<const A: usize, const N: usize>(
+    fn add_drives<const A: usize, const N: usize, M: Described>(
+        &mut self,
+        period: &Period<A>,
+        sequence: u32,
+        bytes: impl FnOnce(f64, &[crate::servo::DriveSignals; A]) -> [u8; N],
+    ) -> Result<(), RecordingError> {
+        let telling = self.run.as_ref().map_or(Telling::Nothing, |run| run.drives);
+        let channel = match (telling, &period.drives) {
+            (Telling::Nothing, None) => return Ok(()),
+            (Telling::On(channel), Some(_)) => channel,
+            (Telling::Unknown, drives) => {
+                let telling = match drives {
+                    Some(_) => Telling::On(self.channel::<M>(DRIVES_TOPIC)?),
+                    None => Telling::Nothing,
+                };
+                if let Some(run) = &mut self.run {
+                    run.drives = telling;
+                }
+                match telling {
+                    Telling::On(channel) => channel,
+                    Telling::Unknown | Telling::Nothing => return Ok(()),
+                }
+            }
+            _ => return Err(self.out_of_order("what the drives tell stands in some of its samples only")),
+        };
+        if let Some(drives) = &period.drives {
+            self.buffer.clear();
+            self.buffer.extend_from_slice(&bytes(period.time_s, drives));
+            self.message(Topic::Drives(channel), sequence)?;
+        }
+        Ok(())
+    }
+
+    #[inline]
+    fn add_period<const A: usize, const N: usize, const D: usize, M: Described>(
         &mut self,
         period: &Period<A>,
         bytes: impl FnOnce(&Period<A>, &BlockPlace) -> [u8; N],
+        drives: impl FnOnce(f64, &[crate::servo::DriveSignals; A]) -> [u8; D],
     ) -> Result<(), RecordingError> {
         let Some(run) = &mut self.run else {
             return Err(self.out_of_order("the run has not begun"));
@@ -364,8 +424,10 @@ impl<W: Write> Recorder<W> {
         run.next = period.k + 1;
         run.time_ns = run.time_ns.max(nanos(period.time_s));
         let due = run.scene.add(period);
+        let place = run.place;
+        self.add_drives::<A, D, M>(period, sequence, drives)?;
         self.buffer.clear();
-        self.buffer.extend_from_slice(&bytes(period, &run.place));
+        self.buffer.extend_from_slice(&bytes(period, &place));
         self.message(Topic::Servo, sequence)?;
         if due { self.piece() } else { Ok(()) }
     }
@@ -388,7 +450,8 @@ impl<W: Write> Observer<2> for Recorder<W> {
 
     #[inline]
     fn period(&mut self, period: &Period<2>) -> Result<(), ObserverError> {
-        Ok(self.add_period(period, |period, _| servo(period).to_bytes())?)
+        let drives = |time_s, drives: &_| two_drives(time_s, drives).to_bytes();
+        Ok(self.add_period::<2, _, _, Drives>(period, |period, _| servo(period).to_bytes(), drives)?)
     }
 
     fn event(&mut self, event: &Event) -> Result<(), ObserverError> {
@@ -410,7 +473,11 @@ impl<W: Write> Observer<3> for Recorder<W> {
 
     #[inline]
     fn period(&mut self, period: &Period<3>) -> Result<(), ObserverError> {
-        Ok(self.add_period(period, |period, place| Servo3::to_bytes(&servo(period), &third(period, place)))?)
+        let bytes = |period: &Period<3>, place: &_| Servo3::to_bytes(&servo(period), &third(period, place));
+        let drives = |time_s, drives: &[_; 3]| {
+            Drives3::to_bytes(&two_drives(time_s, drives), &ThirdDrive { z: drive(&drives[2]) })
+        };
+        Ok(self.add_period::<3, _, _, Drives3>(period, bytes, drives)?)
     }
 
     fn event(&mut self, event: &Event) -> Result<(), ObserverError> {
@@ -470,6 +537,41 @@ pub(crate) fn servo<const A: usize>(period: &Period<A>) -> Servo {
 #[inline]
 fn third(period: &Period<3>, place: &BlockPlace) -> Third {
     Third { z: axis(period, 2), nearest_z_mm: period.nearest_mm.z, line: place.line as f64, rapid: place.rapid }
+}
+
+/// What one drive tells.
+#[inline]
+fn drive(told: &crate::servo::DriveSignals) -> DriveSignals {
+    let &crate::servo::DriveSignals {
+        measured_mm,
+        measured_rad_s,
+        motor_mm,
+        table_mm_s,
+        motor_torque_nm,
+        ripple_nm,
+        friction_nm,
+        force_nm,
+        stuck,
+        in_gap,
+    } = told;
+    DriveSignals {
+        measured_mm,
+        measured_rad_s,
+        motor_mm,
+        table_mm_s,
+        motor_torque_nm,
+        ripple_nm,
+        friction_nm,
+        force_nm,
+        stuck,
+        in_gap,
+    }
+}
+
+/// What the first two drives tell.
+#[inline]
+fn two_drives<const A: usize>(time_s: f64, drives: &[crate::servo::DriveSignals; A]) -> Drives {
+    Drives { time_s, x: drive(&drives[0]), y: drive(&drives[1]) }
 }
 
 /// Puts the message into the buffer, which grows to the largest message and is then reused.

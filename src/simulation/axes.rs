@@ -95,6 +95,7 @@ impl<const A: usize> Axes<A> {
     }
 
     /// What the drives tell of the last sample, where they are more than their model.
+    #[inline]
     pub(crate) fn drive_signals(&self) -> Option<[DriveSignals; A]> {
         match self {
             Self::Model(_) => None,

@@ -57,12 +57,20 @@ pub struct Period<const A: usize> {
     pub contour_error_um: f64,
     /// Distance to the setpoint \[µm\].
     pub tracking_error_um: f64,
+    /// What the drives tell beside: none where they are what their model says.
+    pub drives: Option<[DriveSignals; A]>,
 }
 
 impl<const A: usize> Period<A> {
     /// The period in which the axes answered to a setpoint.
     #[inline]
-    pub(crate) fn of(k: u64, setpoint: Setpoint<A>, axes: [AxisSignals; A], error: &ContourError<A>) -> Self {
+    pub(crate) fn of(
+        k: u64,
+        setpoint: Setpoint<A>,
+        axes: [AxisSignals; A],
+        error: &ContourError<A>,
+        drives: Option<[DriveSignals; A]>,
+    ) -> Self {
         let actual_mm = SVector::from_fn(|axis, _| axes[axis].actual_mm);
         Self {
             k,
@@ -74,6 +82,7 @@ impl<const A: usize> Period<A> {
             nearest_s_mm: error.s_mm,
             contour_error_um: 1e3 * error.signed_mm,
             tracking_error_um: 1e3 * (setpoint.position_mm - actual_mm).norm(),
+            drives,
         }
     }
 }
@@ -299,11 +308,6 @@ impl<'a, const A: usize> Simulation<'a, A> {
         signals
     }
 
-    /// What the drives told at the last period: none where they are what their model says.
-    pub fn drive_signals(&self) -> Option<[DriveSignals; A]> {
-        self.axes.drive_signals()
-    }
-
     /// How many periods the whole run has.
     pub fn samples(&self) -> u64 {
         self.last + 1
@@ -351,7 +355,7 @@ impl<const A: usize> Iterator for Simulation<'_, A> {
         let actual_mm = SVector::from_fn(|axis, _| axes[axis].actual_mm);
         let error = self.contour.measure(&actual_mm, &setpoint.position_mm, setpoint.s_mm);
         self.axes.tell_error(|| error.nearest_mm - actual_mm);
-        Some(Period::of(k, setpoint, axes, &error))
+        Some(Period::of(k, setpoint, axes, &error, self.axes.drive_signals()))
     }
 
     fn size_hint(&self) -> (usize, Option<usize>) {
