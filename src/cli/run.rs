@@ -29,7 +29,7 @@ Examples:
 
 What the drives do beside their models is switched on in the scenario, a table each:
   [axes.x.effects]     mismatch, encoder, noise, delay, dac, current_loop, two_mass, friction,
-                       backlash, pitch, ripple, force
+                       backlash, pitch, ripple, force; integration (how finely all that is computed)
   [axes.x.remedies]    notch, low_pass, acceleration, friction, backlash, pitch, zero_phase
   [axes.x.controller]  p_pi, pid, cascade
   [control.cross_coupling], and [[feedrate.override]], which turns the feed during the run
