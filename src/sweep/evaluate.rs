@@ -357,13 +357,13 @@ fn row(run: &RunFigures<2>) -> Row {
 enum Engine<'a> {
     /// Side by side.
     Course(Course<'a, 2>),
-    /// One by one: a course would be too long to be kept, or the drives are more than their models.
+    /// One by one: a course would be too long to be kept, the drives are more than their models, or the commands are corrected.
     Single(&'a Scenario),
 }
 
 impl<'a> Engine<'a> {
     fn new(scenario: &'a Scenario) -> Self {
-        if !scenario.is_model() {
+        if !scenario.is_model() || scenario.corrections_mm.is_some() {
             return Self::Single(scenario);
         }
         scenario.course().map_or(Self::Single(scenario), Self::Course)
