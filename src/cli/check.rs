@@ -60,7 +60,7 @@ fn planned(file: &str, scenario: &Scenario) -> String {
     let peaks = scenario.motion.peaks();
     let samples = scenario.simulation().map_or(0, |simulation| simulation.samples());
     let learned = scenario.corrections_mm.as_ref().map_or(String::new(), |corrections| {
-        let largest_mm = corrections.iter().map(|shift| shift.amax()).fold(0.0, f64::max);
+        let largest_mm = corrections.iter().map(nalgebra::Matrix::amax).fold(0.0, f64::max);
         format!(", learned corrections up to {} µm", figure(1e3 * largest_mm, 4))
     });
     let mut out = format!(

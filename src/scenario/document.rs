@@ -232,7 +232,7 @@ impl Document {
         let folder = match self.folder() {
             // One of the program's own is seen from where the program was started.
             Folder::BuiltIn => Folder::At(PathBuf::new()),
-            folder => folder,
+            folder @ Folder::At(_) => folder,
         };
         check::scenario(&raw, &self.default_name, &self.text, &folder).map_err(|problems| self.error(problems))
     }
