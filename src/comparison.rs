@@ -110,6 +110,7 @@ impl Row {
             return out;
         }
         out.cross_coupling = None;
+        out.corrections_mm = None;
         for drive in &mut out.drives {
             let effects = match self {
                 Self::Model => Effects::default(),
@@ -125,7 +126,7 @@ impl Row {
 /// Whether something is done about the effects.
 fn helped(scenario: &Scenario) -> bool {
     let helped = |drive: &RealDrive| drive.remedies != Remedies::default() || drive.zero_phase;
-    scenario.cross_coupling.is_some() || scenario.drives.iter().any(helped)
+    scenario.cross_coupling.is_some() || scenario.corrections_mm.is_some() || scenario.drives.iter().any(helped)
 }
 
 /// What a run came to.

@@ -12,7 +12,7 @@ use predicates::prelude::PredicateBooleanExt;
 use predicates::str::contains;
 use servosim::comparison::{Column, Comparison, Row};
 use servosim::scenario::{Document, Scenario};
-use servosim::servo::effects::VelocityEstimate;
+use servosim::servo::effects::{Integration, VelocityEstimate};
 use servosim::servo::{ControllerGains, ControllerKind};
 use servosim::simulation::Period;
 
@@ -178,6 +178,18 @@ fn bad_values_are_told_where_they_are() {
             "`per_revolution` must be a whole number",
             "1.5",
         ),
+        (
+            "[axes.x.effects.integration]\nsubsteps = 0",
+            "substeps = 0 is out of range: it must be a whole number from 1",
+            "0",
+        ),
+        ("[axes.x.effects.integration]\nsubsteps = -7", "substeps = -7 is out of range", "-7"),
+        ("[axes.x.effects.integration]\nsubsteps = 1025", "from 1 to 1024", "1025"),
+        ("[axes.x.effects.integration]\nsubsteps = 99999999999", "substeps = 99999999999 is out of range", "999"),
+        ("[axes.x.effects.integration]\nsubsteps = 1.5", "`substeps` must be a whole number", "1.5"),
+        ("[axes.y.effects.integration]\ntolerance_mm_s = 0", "axis y: tolerance_mm_s = 0 is out of range", "0"),
+        ("[axes.y.effects.integration]\ntolerance_mm_s = nan", "leave the key out for its default", "nan"),
+        ("[axes.y.effects.integration]\nsteps = 2", "unknown key `steps`", "steps"),
         ("[axes.x.effects.noise]\nrms_um = 1\nseed = -1", "`seed` must be a whole number from 0 to 4294967295", "-1"),
     ] {
         let document = Document::builtin("alpha").unwrap();
@@ -189,6 +201,55 @@ fn bad_values_are_told_where_they_are() {
         let last = tables.lines().rfind(|line| line.contains(marked)).unwrap();
         assert!(shown.contains(last), "{tables}\n{shown}");
     }
+}
+
+/// Largest distance of the errors of two runs at the same time \[µm\].
+fn apart_um(a: &Scenario, b: &Scenario) -> f64 {
+    let [a, b] = [a, b].map(|scenario| {
+        let mut run = Vec::new();
+        scenario.run(&mut [&mut |period: &Period<2>| run.push(1e3 * (period.nearest_mm - period.actual_mm))]).unwrap();
+        run
+    });
+    a.iter().zip(&b).map(|(a, b)| (a - b).norm()).fold(0.0, f64::max)
+}
+
+/// As a user checks that it is fine enough: half the step moves the largest error by less than 1 nm.
+#[test]
+fn validates_half_the_step_on_alpha_real() {
+    // Counts and converter turn less than a nanometre into a whole count: without them.
+    let exact = ["encoder.resolution_um=0", "noise.rms_um=0", "dac.bits=32"];
+    let real = |settings: &[&str]| {
+        let mut document = Document::builtin("alpha-real").unwrap();
+        let settings: Vec<&str> = exact.iter().chain(settings).copied().collect();
+        for axis in ["x", "y"] {
+            for setting in &settings {
+                document.set(&format!("axes.{axis}.effects.{setting}")).unwrap();
+            }
+        }
+        document.scenario().unwrap()
+    };
+    // The ballscrew takes two steps a period by itself.
+    let (whole, half) = (real(&[]), real(&["integration.substeps=4"]));
+    assert_eq!(half.drives[1].effects.integration, Integration { substeps: 4, ..Integration::default() });
+    assert_eq!(apart_um(&whole, &real(&["integration.substeps=2"])), 0.0);
+    let largest = |scenario: &Scenario| scenario.run(&mut []).unwrap().max_contour_error_um;
+    let (a, b) = (largest(&whole), largest(&half));
+    assert!((a - b).abs() < 1e-3 && a > 1.0, "{a} {b}");
+    // Where the table crosses the gap between the two masses and sticks there, single samples are some nanometres apart.
+    let apart = apart_um(&whole, &half);
+    assert!(apart > 0.0 && apart < 0.01, "{apart}");
+    // The other key does something too.
+    assert!(apart_um(&whole, &real(&["integration.tolerance_mm_s=1e3"])) > 0.0);
+}
+
+/// How finely nothing is integrated changes no bit.
+#[test]
+fn integration_alone_leaves_the_model() {
+    let (alpha, fine) = (Scenario::builtin("alpha").unwrap(), on_both("[axes.@.effects.integration]\nsubsteps = 8"));
+    assert!(fine.is_model() && fine.drives[0].effects.integration.substeps == 8);
+    let (a, b) = (alpha.run(&mut []).unwrap(), fine.run(&mut []).unwrap());
+    assert_eq!(a, b);
+    assert_eq!(Row::of_scenario(&fine), [Row::Model]);
 }
 
 /// What is left out is stable, whatever the control period.

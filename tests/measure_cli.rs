@@ -96,6 +96,35 @@ fn a_loop_that_is_unstable_or_locks_up_exits_with_3() {
         .stderr(contains("X: the loop is unstable"));
 }
 
+/// What ties the axes together is in no measurement of one of them, and what was learned belongs to another motion.
+#[test]
+fn what_takes_no_part_is_told() {
+    let folder = Folder::new();
+    let coupled = "alpha --set control.cross_coupling.proportional=0.5";
+    let alone = contains("without the cross-coupled control, which ties the axes together");
+    folder.servosim(&format!("measure step {coupled} --plots none")).assert().code(0).stdout(alone.clone());
+    folder
+        .servosim(&format!("measure response {coupled} --points 3 --plots none"))
+        .assert()
+        .code(0)
+        .stdout(alone.clone());
+    folder.servosim(&format!("measure circle {coupled} --plots none")).assert().code(0).stdout(alone.clone().not());
+    folder.servosim("measure step alpha --plots none").assert().code(0).stdout(alone.not());
+    // The circle has it: it is rounder, and its figures are others.
+    let deviation =
+        |scenario: &str| json(&folder, &format!("measure circle {scenario}"), 0)["mean_radial_deviation_um"].clone();
+    let (with, without) = (deviation(coupled), deviation("alpha"));
+    assert!(with.as_f64().unwrap().abs() < 0.9 * without.as_f64().unwrap().abs(), "{with} {without}");
+    folder.servosim("learn alpha --runs 2 --plots none").assert().code(0);
+    for kind in ["circle", "step", "response --points 3"] {
+        folder
+            .servosim(&format!("measure {kind} alpha --plots none --set learned.file=output/alpha-learned.csv"))
+            .assert()
+            .code(0)
+            .stdout(contains("without the learned corrections"));
+    }
+}
+
 #[test]
 fn what_was_learned_is_written() {
     let folder = Folder::new();
@@ -104,7 +133,11 @@ fn what_was_learned_is_written() {
         .assert()
         .success()
         .stdout(contains("tracking rms").and(contains("best")))
-        .stderr("wrote output/alpha-learned.csv and output/alpha-learning.svg\n");
+        .stderr(
+            "wrote output/alpha-learned.csv and output/alpha-learning.svg\n\
+             to run with it: --set learned.file=output/alpha-learned.csv, or at the top of the scenario: learned.file = \
+             \"output/alpha-learned.csv\"\n",
+        );
     let csv = fs::read_to_string(folder.path("output/alpha-learned.csv")).unwrap();
     assert!(csv.starts_with("sample,time_s,x_um,y_um\n0,0.000000000,"));
     assert_eq!(csv.lines().count(), 1202);
@@ -132,6 +165,10 @@ fn bad_input_is_told() {
         ("measure circle alpha --radius-mm 1e300", "radius_mm = 1e300 is out of range"),
         ("measure circle alpha --turns 0", "turns = 0 is out of range"),
         ("measure response alpha --high-hz 900", "high_hz = 900 is out of range"),
+        (
+            "measure response alpha --high-hz 480",
+            "from 0.0005 to 475, 0.95 of the Nyquist frequency 0.5/period_s: nearer to it",
+        ),
         ("measure response alpha --points 1", "points = 1 is out of range"),
         ("measure step alpha --step-um 1 --window-um 1", "smaller than the step of 1 µm"),
         ("measure step alpha --step-um nan", "step_um = NaN is out of range"),

@@ -13,7 +13,9 @@ use parquet::file::reader::{FileReader, SerializedFileReader};
 use parquet::record::Field;
 use predicates::prelude::*;
 use predicates::str::contains;
+use servosim::analysis::DriveLoop;
 use servosim::report::{Format, SweepAxis, SweepCell, SweepPicture, SweepPlot};
+use servosim::servo::effects::Delay;
 use servosim::sweep::{Figure, Method, Plan, Session, Shard, Status, Sweep, SweepError, export};
 use sweeps::{KPP, alpha, computed, grid, line, numbers, plan, refused, tables};
 
@@ -220,6 +222,45 @@ fn margins_are_those_of_the_analysis() {
     let without = grid(&line(), &vary);
     let error = export(&without, &journals, folder.path(), figure, None).unwrap_err().to_string();
     assert!(error.contains("without margins"), "{error}");
+}
+
+/// Of a drive that is more than its model, margins and stability are those of the drive as it is.
+#[test]
+fn margins_of_a_drive_as_it_is_are_those_of_its_analysis() {
+    let mut document = alpha();
+    document.set("axes.x.effects.delay.samples=0.5").unwrap();
+    document.set("axes.x.effects.backlash.gap_um=1").unwrap();
+    let vary = ["axes.x.pdff.kpv=0.4,1.19,4", "axes.x.effects.delay.samples=0.2,0.9"];
+    let sweep = Sweep::new(&document, &vary, &Plan { margins: true, ..Plan::default() }).unwrap();
+    let rows = sweep.evaluate(0..6, None).unwrap();
+    let mut stable = Vec::new();
+    for place in 0..6 {
+        let values = numbers(&sweep, place as u64);
+        let mut scenario = sweep.scenario().clone();
+        scenario.axes[0].pdff.kpv_nm_s_rad = values[0];
+        scenario.drives[0].effects.delay = Some(Delay { samples: values[1] });
+        let own: Vec<_> = (0..2)
+            .map(|i| DriveLoop::new(&scenario.axes[i], &scenario.drives[i], &scenario.settings).unwrap().margins())
+            .collect();
+        for (axis, margins) in ["x", "y"].into_iter().zip(&own) {
+            for (name, value) in [
+                (format!("peak_sensitivity_{axis}"), margins.peak_sensitivity),
+                (format!("gain_up_{axis}"), margins.gain_up),
+                (format!("phase_margin_{axis}_deg"), margins.phase_margin_deg),
+                (format!("delay_margin_{axis}_s"), margins.delay_margin_s),
+            ] {
+                assert_eq!(rows.figure(place, &name).to_bits(), value.to_bits(), "{place} {name}");
+            }
+        }
+        // The other axis is its model.
+        let model = servosim::analysis::margins(&scenario.axes[1], &scenario.settings);
+        assert_eq!(rows.figure(place, "peak_sensitivity_y"), model.peak_sensitivity);
+        assert_eq!(sweep.is_stable(place as u64), own.iter().all(|margins| margins.stable));
+        stable.push(own[0].stable);
+    }
+    // The model alone is stable with the gain in the middle, and would call its delay margin one.
+    assert!(stable.contains(&true) && stable.contains(&false), "{stable:?}");
+    assert!(rows.figure(2, "delay_margin_x_s") > rows.figure(3, "delay_margin_x_s") + 0.5e-3);
 }
 
 /// kpp = 100 with kpv = 0.25 has poles at 1.001, which do not grow much in a second: its error is the smallest of all.

@@ -64,6 +64,12 @@ pub(crate) fn run(args: &AnalyzeArgs) -> Result<Outcome, CliError> {
             axis.linearized.left_out.push("cross-coupled control".to_owned());
         }
     }
+    if scenario.corrections_mm.is_some() {
+        // They are part of the command.
+        for axis in &mut axes {
+            axis.linearized.left_out.push("learned corrections".to_owned());
+        }
+    }
     let analysis = Analysis {
         scenario: &scenario.name,
         period_s: settings.period_s,

@@ -59,8 +59,12 @@ fn sound(file: &str, part: &Part) -> String {
 fn planned(file: &str, scenario: &Scenario) -> String {
     let peaks = scenario.motion.peaks();
     let samples = scenario.simulation().map_or(0, |simulation| simulation.samples());
+    let learned = scenario.corrections_mm.as_ref().map_or(String::new(), |corrections| {
+        let largest_mm = corrections.iter().map(nalgebra::Matrix::amax).fold(0.0, f64::max);
+        format!(", learned corrections up to {} µm", figure(1e3 * largest_mm, 4))
+    });
     let mut out = format!(
-        "{}: ok ({} mm, {} mm/s, {} s, peak jerk {} mm/s³, {samples} samples)\n",
+        "{}: ok ({} mm, {} mm/s, {} s, peak jerk {} mm/s³, {samples} samples{learned})\n",
         printable(file),
         figure(scenario.path.length_mm(), 6),
         short(scenario.motion.feed_mm_s(), 5),

@@ -207,6 +207,12 @@ fn remarks(scenario: &Scenario, columns: &[Column], comparison: &Comparison) -> 
     for line in broken(comparison) {
         let _ = writeln!(out, "\n  {line}");
     }
+    if scenario.corrections_mm.is_some() && columns.iter().any(|column| *column != Column::Own) {
+        let _ = writeln!(
+            out,
+            "\n  with remedies: every column has the learned corrections, which belong to the gains that they were learned with"
+        );
+    }
     for column in columns {
         let without: Vec<&str> = (0..2)
             .filter(|&axis| scenario.drives[axis].zero_phase && !column.of(scenario).drives[axis].zero_phase)

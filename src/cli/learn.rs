@@ -1,11 +1,13 @@
 //! `servosim learn`: iterative learning over repeated runs.
 
 use std::fmt::Write as _;
+use std::path::Path;
 
 use clap::Args;
 use servosim::learning::{LearnRequest, Learned, learn_until};
 use servosim::report;
-use servosim::scenario::Document;
+use servosim::scenario::{Document, Scenario};
+use servosim::simulation::write_corrections;
 
 use super::output::{OutputArgs, figure, make_folder, note, printable};
 use super::run::stop_flag;
@@ -19,14 +21,16 @@ Examples:
   servosim learn alpha-real --runs 20 --gain 0.5 --cutoff-hz 40
 
 Each run is corrected by what the one before has taught: the error, through the inverse of the axis' linear model and a low pass without
-phase. What was learned goes to NAME-learned.csv: for every sample, what to add to the position commands.
+phase. What was learned goes to NAME-learned.csv: for every sample, what to add to the position commands. The last line tells how the
+scenario runs with it: `learned.file = \"…\"` at its top, or --set learned.file=…, seen from the folder of the scenario. A scenario
+that has a file goes on from there.
 The best run is the one with the smallest tracking error (rms), which is what is learned from.
 Exits with 3 if learning diverges, an axis locks up or a loop is unstable; the correction of the best run is written all the same, as it
 is after Ctrl-C.")]
 pub(crate) struct LearnArgs {
     /// Scenario file, or name of a built-in scenario
     scenario: String,
-    /// Runs in all, the first without a correction
+    /// Runs in all, the first without a correction, or with the one that the scenario has
     #[arg(long, value_name = "N", default_value_t = 10)]
     runs: u32,
     /// Learning gain, below 2: with the exact model each run leaves |1 - gain| of the error
@@ -61,12 +65,13 @@ pub(crate) fn run(args: &LearnArgs) -> Result<Outcome, CliError> {
     }
     make_folder(&args.out.folder)?;
     let file = args.out.folder.join(format!("{}-learned.csv", scenario.name));
-    report::write_file(&file, csv(&learned).as_bytes())?;
+    report::write_file(&file, write_corrections(&learned.corrections_mm, learned.period_s).as_bytes())?;
     let mut written = vec![file.clone()];
     if let Some(format) = args.out.plots.format() {
         written.extend(report::write_learning(&learned, &args.out.folder, &scenario.name, format)?);
     }
     args.out.print.note(&plot::wrote(&written));
+    args.out.print.note(&how_to_run(&document, &scenario, &file));
     if learned.interrupted {
         return Err(CliError::LearningInterrupted { runs: learned.runs.len(), file });
     }
@@ -82,6 +87,9 @@ fn table(learned: &Learned) -> String {
         figure(learned.cutoff_hz, 4)
     );
     // Writing to a string does not fail.
+    if learned.continued {
+        out.push_str("  goes on from the corrections that the scenario has: the first run is made with them\n\n");
+    }
     let _ = writeln!(out, "  run   tracking rms       max   contouring rms       max   voltage");
     for run in &learned.runs {
         let best = if run.run == learned.best_run { "  best" } else { "" };
@@ -111,12 +119,23 @@ fn table(learned: &Learned) -> String {
     out
 }
 
-/// The correction, sample by sample.
-fn csv(learned: &Learned) -> String {
-    let mut out = String::from("sample,time_s,x_um,y_um\n");
-    for (k, shift) in learned.corrections_mm.iter().enumerate() {
-        let time_s = k as f64 * learned.period_s;
-        let _ = writeln!(out, "{k},{time_s:.9},{:.6},{:.6}", 1e3 * shift.x, 1e3 * shift.y);
-    }
-    out
+/// How a run is made with what was learned.
+fn how_to_run(document: &Document, scenario: &Scenario, file: &Path) -> String {
+    let name = document.name_of(file);
+    // As TOML writes it.
+    let quoted = toml_edit::Value::from(name.as_str()).to_string();
+    let plain = name.chars().all(|c| c.is_alphanumeric() || matches!(c, '_' | '-' | '.' | '/'))
+        && (name.starts_with("../") || name.starts_with(|c: char| c.is_alphabetic() || c == '/'));
+    let set = if plain {
+        format!("learned.file={name}")
+    } else {
+        // As a shell takes it.
+        format!("'learned.file={}'", quoted.trim().replace('\'', r"'\''"))
+    };
+    let noise = if scenario.drives.iter().any(|drive| drive.effects.noise.is_some()) {
+        "; each run above had noise of its own, that one has the scenario's"
+    } else {
+        ""
+    };
+    format!("to run with it: --set {set}, or at the top of the scenario: learned.file = {}{noise}", quoted.trim())
 }

@@ -100,14 +100,16 @@ Examples:
 
 One sine after the other, each until two blocks of whole periods agree. The amplitude is chosen so that no drive saturates. The
 bandwidth is measured more finely between the two points around it. The linear analysis is that of `servosim analyze`: of the
-drives as they are, without what is not linear. Exits with 3 if a loop is unstable: it has no response.")]
+drives as they are, without what is not linear. Cross-coupled control, which takes both axes, is left out: each is measured by itself.
+The highest frequency is at most 0.95 of the Nyquist frequency (475 Hz at a control period of 1 ms): nearer to it the samples hardly
+tell a sine from its mirror image above it, and at it they see no phase. Exits with 3 if a loop is unstable: it has no response.")]
 struct ResponseArgs {
     #[command(flatten)]
     common: Common,
     /// Lowest frequency [default: 1]
     #[arg(long, value_name = "HZ", allow_hyphen_values = true)]
     low_hz: Option<f64>,
-    /// Highest frequency [default: half the Nyquist frequency]
+    /// Highest frequency, at most 0.95 of the Nyquist frequency [default: half of it]
     #[arg(long, value_name = "HZ", allow_hyphen_values = true)]
     high_hz: Option<f64>,
     /// How many frequencies
@@ -124,7 +126,7 @@ Examples:
   servosim measure step alpha
   servosim measure step alpha-real --step-um 1 --window-um 0.2 --feed-mm-s 30
 
-Each axis by itself: a step of its command; then a ramp from rest to the feed and to rest again. Exits with 3 if a loop is unstable
+Each axis by itself, without cross-coupled control: a step of its command; then a ramp from rest to the feed and to rest again. Exits with 3 if a loop is unstable
 or locks up.")]
 struct StepArgs {
     #[command(flatten)]
@@ -331,7 +333,7 @@ fn response_table(measured: &Response) -> String {
         .flat_map(|axis| axis.warnings.iter().map(|w| format!("{}: {w}", axis.axis.to_uppercase())));
     let linear = measured.axes.iter().map(|axis| (axis.axis.as_str(), &axis.linearized));
     let linear = analyze::linearized(linear).into_iter().map(|line| format!("linear analysis of {line}"));
-    table.warnings(linear.chain(warnings))
+    table.warnings(linear.chain(warnings).chain(measured.warnings.iter().cloned()))
 }
 
 /// Step and ramp for people.

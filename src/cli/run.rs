@@ -29,10 +29,11 @@ Examples:
 
 What the drives do beside their models is switched on in the scenario, a table each:
   [axes.x.effects]     mismatch, encoder, noise, delay, dac, current_loop, two_mass, friction,
-                       backlash, pitch, ripple, force
+                       backlash, pitch, ripple, force; integration (how finely all that is computed)
   [axes.x.remedies]    notch, low_pass, acceleration, friction, backlash, pitch, zero_phase
   [axes.x.controller]  p_pi, pid, cascade
   [control.cross_coupling], and [[feedrate.override]], which turns the feed during the run
+  learned.file         what `servosim learn` wrote, a correction of the commands
 `servosim schema` lists every key. A scenario with effects gets a table of what each costs, and its
 recording a topic /drives: what the drives tell in every control period.
 
@@ -137,7 +138,7 @@ pub(crate) fn run(args: &RunArgs) -> Result<Outcome, CliError> {
 /// What each effect of the drives costs, where they are more than their models.
 fn effects(scenario: &Scenario, stop: &AtomicBool) -> String {
     let few = scenario.simulation().is_ok_and(|simulation| simulation.samples() <= MOST_COMPARED);
-    if scenario.is_model() || !few {
+    if scenario.is_model() && scenario.corrections_mm.is_none() || !few {
         return String::new();
     }
     Comparison::until(stop, scenario, &[Column::Own]).ok().flatten().map_or(String::new(), |comparison| {

@@ -60,7 +60,8 @@ pub(crate) struct SweepArgs {
     /// Seed of the sampled methods: the same seed gives the same points
     #[arg(long, value_name = "SEED", default_value_t = 1)]
     seed: u64,
-    /// Add the margins of every point's loops to the tables (peak sensitivity, gain, phase and delay margins of both axes)
+    /// Add the margins of every point's loops to the tables (peak sensitivity, gain, phase and delay margins of both axes, as
+    /// `servosim analyze` gives them: of the drives as they are)
     #[arg(long)]
     margins: bool,
     /// Compute the I-th of N parts only, for `servosim merge`

@@ -60,6 +60,8 @@ impl Place {
         // The file may have come into being since the search began.
         self.check()?;
         let mut tuned = document.clone();
+        // What was learned with other gains, and is not seen from here.
+        tuned.forget_learned()?;
         for gain in findings.gains.iter().filter(|gain| gain.after != gain.before) {
             tuned.set(&format!("{}={}", gain.key, gain.after))?;
         }

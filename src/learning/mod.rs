@@ -39,14 +39,14 @@ use crate::limits::AXIS_NAMES;
 use crate::scenario::Scenario;
 use crate::servo::remedies::Remedies;
 use crate::servo::{Axis, AxisParameters, Demand, RealDrive, ServoError};
-use crate::simulation::{Ending, Period, SimulationError, shift};
+use crate::simulation::{Ending, MAX_CORRECTED_PERIODS, Period, SimulationError, shift};
 use crate::summary::Summary;
 use spectrum::Transform;
 
 /// How to learn.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct LearnRequest {
-    /// Runs in all, the first one without a correction; 2 to 1000.
+    /// Runs in all, the first one without a correction (or with those that the scenario has); 2 to 1000.
     pub runs: u32,
     /// Learning gain `γ`, above 0 and below 2.
     pub gain: f64,
@@ -116,6 +116,8 @@ pub struct Learned {
     pub locked_up: bool,
     /// Whether learning was stopped: there are the runs up to then.
     pub interrupted: bool,
+    /// Whether the first run had the corrections of the scenario.
+    pub continued: bool,
     /// In words, for a person.
     pub warnings: Vec<String>,
     /// The corrections of the best run, sample by sample \[mm\]: for [`Simulation::with_corrections`](crate::simulation::Simulation::with_corrections).
@@ -160,7 +162,7 @@ pub enum LearnError {
 }
 
 /// Most control periods of a run that is learned.
-pub const MAX_LEARNED_PERIODS: u64 = 1_000_000;
+pub const MAX_LEARNED_PERIODS: u64 = MAX_CORRECTED_PERIODS;
 
 /// A run whose error is larger than the best one by this factor ends the learning.
 const GROWTH: f64 = 1.5;
@@ -177,7 +179,8 @@ const SETTLED: f64 = 1e-9;
 
 /// Learns a correction of the position commands of every axis over repeated runs of a scenario.
 ///
-/// A measurement noise is another one in every run (its seed is), all else repeats itself.
+/// A measurement noise is another one in every run (its seed is), all else repeats itself. A scenario that has corrections already goes on
+/// from them: its first run is made with them.
 ///
 /// # Errors
 /// A request out of its range, a first run that fails, a loop that is not stable. Learning that diverges is no error:
@@ -271,7 +274,7 @@ impl Learner {
     }
 
     fn learn(&self, stop: &AtomicBool, scenario: &Scenario, request: &LearnRequest) -> Result<Learned, LearnError> {
-        let mut corrections: Arc<[Vector2<f64>]> = Arc::from([]);
+        let mut corrections = scenario.corrections_mm.clone().unwrap_or_else(|| Arc::from([]));
         let mut out = Learned {
             scenario: scenario.name.clone(),
             gain: request.gain,
@@ -282,6 +285,7 @@ impl Learner {
             diverged: None,
             locked_up: false,
             interrupted: false,
+            continued: scenario.corrections_mm.is_some(),
             warnings: Vec::new(),
             corrections_mm: corrections.clone(),
         };
@@ -304,7 +308,9 @@ impl Learner {
             out.runs.push(figures);
             if run == 1 {
                 out.locked_up = summary.locked_up;
-                out.corrections_mm = vec![Vector2::zeros(); errors.len()].into();
+                if !out.continued {
+                    out.corrections_mm = vec![Vector2::zeros(); errors.len()].into();
+                }
             }
             if rms_um < best_um {
                 (best_um, out.best_run) = (rms_um, run);

@@ -7,7 +7,7 @@ use serde::Serialize;
 
 use super::roundness::{Point, Zone};
 use super::turns::Turns;
-use super::{MeasureError, idle, um, within};
+use super::{MeasureError, idle, left_out, um, within};
 use crate::feedrate::{Motion, Profile};
 use crate::limits::{AXIS_NAMES, Event, Limits};
 use crate::path::Path;
@@ -177,6 +177,7 @@ pub fn circle(scenario: &Scenario, request: &CircleRequest) -> Result<CircleTest
         locked_up |= run.locked_up;
         warnings.extend(run.warning.iter().map(|text| format!("{}: {text}", name(run.clockwise))));
     }
+    warnings.extend(left_out(scenario, false));
     let directions = both.map(|run| figures(&run, radius_mm));
     let (hysteresis_um, hysteresis_at_deg) = hysteresis(&directions);
     Ok(CircleTest {

@@ -104,6 +104,23 @@ fn within(name: &'static str, value: f64, low: f64, high: f64) -> Result<f64, Me
     Err(MeasureError::Request { name, value, needed })
 }
 
+/// What of a scenario a measurement leaves out, in words.
+///
+/// - `alone`: each axis is measured by itself
+fn left_out(scenario: &Scenario, alone: bool) -> Vec<String> {
+    let mut out = Vec::new();
+    if alone && scenario.cross_coupling.is_some() {
+        out.push(
+            "without the cross-coupled control, which ties the axes together: each is measured by itself (the circular test has it)"
+                .to_owned(),
+        );
+    }
+    if scenario.corrections_mm.is_some() {
+        out.push("without the learned corrections, which belong to the scenario's own motion".to_owned());
+    }
+    out
+}
+
 /// The scenario without what happens in a cut only.
 fn idle(scenario: &Scenario) -> Scenario {
     let mut idle = scenario.clone();

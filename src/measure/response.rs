@@ -7,7 +7,7 @@ use rayon::prelude::*;
 use serde::Serialize;
 
 use super::bench::{Bench, Sample};
-use super::{MeasureError, idle, um, within};
+use super::{MeasureError, idle, left_out, um, within};
 use crate::analysis::{DriveLoop, Feedforward, Linearized};
 use crate::limits::AXIS_NAMES;
 use crate::scenario::Scenario;
@@ -18,7 +18,8 @@ use crate::servo::Demand;
 pub struct ResponseRequest {
     /// Lowest frequency \[Hz\]; by default 1 Hz, or a hundredth of the highest one where that is more than a hundred.
     pub low_hz: Option<f64>,
-    /// Highest frequency \[Hz\]; by default half the Nyquist frequency, at most 0.95 of it.
+    /// Highest frequency \[Hz\]; by default half the Nyquist frequency, at most 0.95 of it: nearer to it the samples hardly tell a sine from
+    /// its mirror image above it.
     pub high_hz: Option<f64>,
     /// How many, evenly spaced in their logarithm, 2 to 1000; by default 60.
     pub points: Option<u32>,
@@ -91,6 +92,8 @@ pub struct Response {
     pub period_s: f64,
     /// One an axis.
     pub axes: Vec<AxisResponse>,
+    /// In words, for a person: what of the scenario takes no part.
+    pub warnings: Vec<String>,
 }
 
 /// Largest amplitude that is chosen \[mm\].
@@ -100,6 +103,10 @@ const WANTED_SHARE: f64 = 0.4;
 const MOST_SHARE: f64 = 0.5;
 /// Samples that the loop gets to settle, at least \[s\].
 const SETTLING_S: f64 = 0.4;
+/// Highest frequency, over the Nyquist frequency `f_N`. The samples of `f_N - δ` are those of `f_N + δ` in the mirror: a swing from sample to
+/// sample whose size beats with `δ`. At `f_N` itself they meet the sine at the same place again and again, and it has neither magnitude nor
+/// phase. Down here a block has ten beats at least. [`Tone::near`] may go up a little from what is asked for.
+const HIGHEST: f64 = 0.95;
 /// A block of whole periods has at least so many samples.
 const BLOCK: f64 = 400.0;
 /// Two blocks that agree to this are the answer.
@@ -131,7 +138,17 @@ pub fn response(scenario: &Scenario, request: &ResponseRequest) -> Result<Respon
     let period_s = scenario.settings.period_s;
     scenario.settings.check()?;
     let nyquist = 0.5 / period_s;
-    let high = within("high_hz", request.high_hz.unwrap_or(0.5 * nyquist), 1e-6 * nyquist, 0.95 * nyquist)?;
+    let high = within("high_hz", request.high_hz.unwrap_or(0.5 * nyquist), 1e-6 * nyquist, HIGHEST * nyquist);
+    let high = high.map_err(|error| match error {
+        MeasureError::Request { name, value, needed } => {
+            let why = format!(
+                "{needed}, {HIGHEST} of the Nyquist frequency 0.5/period_s: nearer to it the samples hardly tell a sine from its mirror \
+                 image above it"
+            );
+            MeasureError::Request { name, value, needed: why }
+        }
+        error => error,
+    })?;
     let low = within("low_hz", request.low_hz.unwrap_or((0.01 * high).min(1.0)), 1e-7 * nyquist, 0.999 * high)?;
     let points = request.points.unwrap_or(60);
     within("points", f64::from(points), 2.0, 1000.0)?;
@@ -158,7 +175,12 @@ pub fn response(scenario: &Scenario, request: &ResponseRequest) -> Result<Respon
         })?;
         Ok(figures)
     });
-    Ok(Response { scenario: scenario.name.clone(), period_s, axes: axes.collect::<Result<_, MeasureError>>()? })
+    Ok(Response {
+        scenario: scenario.name.clone(),
+        period_s,
+        axes: axes.collect::<Result<_, MeasureError>>()?,
+        warnings: left_out(scenario, true),
+    })
 }
 
 /// The linear loop of an axis. Only a stable one has a response.

@@ -3,7 +3,7 @@
 use serde::Serialize;
 
 use super::bench::{Bench, Sample};
-use super::{MeasureError, idle, um, within};
+use super::{MeasureError, idle, left_out, um, within};
 use crate::analysis::DriveLoop;
 use crate::feedrate::{Motion, Profile};
 use crate::limits::AXIS_NAMES;
@@ -209,6 +209,7 @@ pub fn step(scenario: &Scenario, request: &StepRequest) -> Result<Steps, Measure
         }
         axes.push(found);
     }
+    warnings.extend(left_out(scenario, true));
     Ok(Steps { scenario: scenario.name.clone(), step_um, window_um, axes, warnings })
 }
 

@@ -81,7 +81,7 @@ fn responses(size: f64, count: u32) -> Response {
         linearized: crate::analysis::Linearized::default(),
         model_curve: points.iter().map(|point| [point.frequency_hz, point.magnitude_db, point.phase_deg]).collect(),
     };
-    Response { scenario: "alpha".to_owned(), period_s: 1e-3, axes: vec![axis("x"), axis("y")] }
+    Response { scenario: "alpha".to_owned(), period_s: 1e-3, axes: vec![axis("x"), axis("y")], warnings: Vec::new() }
 }
 
 fn ramps(size: f64, count: u32, settles: bool) -> Steps {
@@ -139,6 +139,7 @@ fn learned(size: f64, count: u32) -> Learned {
         best_run: count,
         diverged: (count == 3).then(|| "learning diverges: the gain is too high".to_owned()),
         locked_up: count == 3,
+        continued: false,
         interrupted: false,
         warnings: Vec::new(),
         corrections_mm: (0..1000_u32)

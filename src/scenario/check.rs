@@ -10,7 +10,8 @@ use super::file::{
     RawAxis, RawControl, RawDerivative, RawDrive, RawExponent, RawFeedrate, RawLimits, RawPdff, RawPlant, RawProfile,
     RawScenario,
 };
-use super::{FeedProfile, Scenario, check_drive, check_path};
+use super::part::Folder;
+use super::{FeedProfile, Scenario, check_drive, check_learned, check_path};
 use crate::feedrate::{FeedrateError, Motion, Profile, optimize_n_c};
 use crate::limits::Limits;
 use crate::optimize::Outcome;
@@ -30,7 +31,12 @@ const ANY_LENGTH_MM: f64 = 1000.0;
 pub(super) type Problems = Vec<Diagnostic>;
 
 /// The checked scenario, or all its problems. `default_name` is its name where the file gives none.
-pub(super) fn scenario(raw: &RawScenario, default_name: &str, source: &str) -> Result<Scenario, Problems> {
+pub(super) fn scenario(
+    raw: &RawScenario,
+    default_name: &str,
+    source: &str,
+    folder: &Folder,
+) -> Result<Scenario, Problems> {
     let mut problems = Vec::new();
     let name = name(raw.name.as_ref(), default_name, &mut problems);
     let path = check_path::path(&raw.path).map_err(|mut found| problems.append(&mut found)).ok();
@@ -54,7 +60,7 @@ pub(super) fn scenario(raw: &RawScenario, default_name: &str, source: &str) -> R
     if let FeedProfile::AxisLimited(axes) = profile {
         limits.axes = Some(axes);
     }
-    let scenario = Scenario {
+    let mut scenario = Scenario {
         name,
         path,
         feed_mm_s: *raw.feedrate.feed_mm_s.get_ref(),
@@ -64,14 +70,20 @@ pub(super) fn scenario(raw: &RawScenario, default_name: &str, source: &str) -> R
         axes,
         drives,
         cross_coupling,
+        corrections_mm: None,
         settings,
         limits,
         source: source.to_owned(),
     };
-    match scenario.simulation().map(|simulation| simulation.samples()) {
-        Ok(_) => Ok(scenario),
-        Err(error) => Err(vec![whole(&error, raw, &scenario)]),
+    let samples = match scenario.simulation().map(|simulation| simulation.samples()) {
+        Ok(samples) => samples,
+        Err(error) => return Err(vec![whole(&error, raw, &scenario)]),
+    };
+    if let Some(raw) = &raw.learned {
+        let read = check_learned::corrections(&raw.file, folder, samples, settings.period_s);
+        scenario.corrections_mm = Some(read.map_err(|problem| vec![problem])?);
     }
+    Ok(scenario)
 }
 
 /// A problem of values that are fine one by one.

@@ -7,14 +7,15 @@ use toml::Spanned;
 use super::check::Problems;
 use super::diagnostics::Diagnostic;
 use super::drive_file::{
-    RawController, RawCrossCoupling, RawEffects, RawForce, RawFriction, RawPitch, RawPlace, RawRemedies, RawVelocity,
+    RawController, RawCrossCoupling, RawEffects, RawForce, RawFriction, RawIntegration, RawPitch, RawPlace,
+    RawRemedies, RawVelocity,
 };
 use super::file::RawAxis;
 use super::numbers::RawPoint;
 use crate::servo::controller::{CascadeGains, PPiGains, PidGains};
 use crate::servo::effects::{
     Backlash, Coulomb, CurrentLoop, CuttingForce, Dac, Delay, Effects, Encoder, EncoderPlace, Friction, Harmonic,
-    LuGre, Mismatch, Noise, PitchError, Table, TorqueRipple, TwoMass, VelocityEstimate,
+    Integration, LuGre, Mismatch, Noise, PitchError, Table, TorqueRipple, TwoMass, VelocityEstimate,
 };
 use crate::servo::remedies::{
     AccelerationFeedforward, BacklashCompensation, CrossCouplingGains, Filter, FrictionFeedforward, Remedies,
@@ -35,8 +36,13 @@ struct Places<'p> {
     within: String,
     table: Range<usize>,
     values: Vec<Value>,
+    /// What to do about any of them.
+    help: &'static str,
     problems: &'p mut Problems,
 }
+
+/// What to do about a value of most tables.
+const UNITS: &str = "units are in the key's name; remove the table to switch this off";
 
 impl Places<'_> {
     /// Notes the place of a value that errors call by `name`, and the file by `key`.
@@ -72,7 +78,7 @@ impl Places<'_> {
             }
             None => Diagnostic::new(format!("{}{error}", self.within)).at(self.table.clone()),
         };
-        self.problems.push(problem.help("units are in the key's name; remove the table to switch this off"));
+        self.problems.push(problem.help(self.help));
     }
 
     /// A key that has no part in what is chosen.
@@ -145,7 +151,7 @@ fn controller(
     problems: &mut Problems,
 ) -> ControllerGains {
     let within = format!("axis {name}: ");
-    let mut at = Places { within, table: raw.span(), values: Vec::new(), problems };
+    let mut at = Places { within, table: raw.span(), values: Vec::new(), help: UNITS, problems };
     let kind = match raw.get_ref() {
         RawController::PPi(_) => ControllerKind::PPi,
         RawController::Pid(_) => ControllerKind::Pid,
@@ -211,6 +217,9 @@ fn effects(
     electronics(&within, index, raw, settings, &mut out, problems);
     mechanics(&within, raw, axis, settings, sound, &mut out, problems);
     disturbances(&within, raw, &mut out, problems);
+    if let Some(raw) = &raw.integration {
+        out.integration = integration(&within, raw, problems);
+    }
     out
 }
 
@@ -419,8 +428,28 @@ fn disturbances(within: &str, raw: &RawEffects, out: &mut Effects, problems: &mu
     }
 }
 
+/// How finely all that is integrated.
+fn integration(within: &str, raw: &Spanned<RawIntegration>, problems: &mut Problems) -> Integration {
+    let mut at = places(within, raw, problems);
+    at.help = "leave the key out for its default: substeps = 1, tolerance_mm_s = 1e-5";
+    let RawIntegration { substeps, tolerance_mm_s } = raw.get_ref();
+    let mut out = Integration::default();
+    out.tolerance_mm_s = at.or("tolerance_mm_s", tolerance_mm_s.as_ref(), out.tolerance_mm_s);
+    if let Some(raw) = substeps {
+        at.note("substeps", "substeps", raw.span());
+        match u32::try_from(*raw.get_ref()) {
+            Ok(substeps) => out.substeps = substeps,
+            // As it stands in the file.
+            Err(_) => {
+                at.tell(&ServoError { name: "substeps", value: *raw.get_ref() as f64, needed: Integration::SUBSTEPS });
+            }
+        }
+    }
+    at.check(out, Integration::check).unwrap_or_default()
+}
+
 fn places<'p, T>(within: &str, raw: &Spanned<T>, problems: &'p mut Problems) -> Places<'p> {
-    Places { within: within.to_owned(), table: raw.span(), values: Vec::new(), problems }
+    Places { within: within.to_owned(), table: raw.span(), values: Vec::new(), help: UNITS, problems }
 }
 
 /// A function by points, as it stands in a file.
@@ -472,7 +501,7 @@ fn table<'p>(
         return None;
     }
     let values = raw.points.get_ref().iter().map(|point| point.get_ref().0);
-    let mut at = Places { within: within.to_owned(), table: span, values: Vec::new(), problems };
+    let mut at = Places { within: within.to_owned(), table: span, values: Vec::new(), help: UNITS, problems };
     let [key, period_key] = raw.keys;
     if let Some(period) = raw.period {
         at.note("period", period_key, period.span());

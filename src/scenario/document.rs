@@ -229,7 +229,12 @@ impl Document {
             return Err(self.error(vec![problem]));
         }
         let raw: RawScenario = self.raw().map_err(|problem| self.error(vec![problem]))?;
-        check::scenario(&raw, &self.default_name, &self.text).map_err(|problems| self.error(problems))
+        let folder = match self.folder() {
+            // One of the program's own is seen from where the program was started.
+            Folder::BuiltIn => Folder::At(PathBuf::new()),
+            folder @ Folder::At(_) => folder,
+        };
+        check::scenario(&raw, &self.default_name, &self.text, &folder).map_err(|problems| self.error(problems))
     }
 
     /// Checks everything of a part.
@@ -265,6 +270,23 @@ impl Document {
             mesh = Some(bytes);
         }
         Ok((document.to_string(), mesh))
+    }
+
+    /// What a file that exists is called in this text: the way to it from the folder that the text stands in.
+    pub fn name_of(&self, file: &Path) -> String {
+        self.folder().name_of(file).unwrap_or_else(|| file.to_string_lossy().into_owned())
+    }
+
+    /// Takes the table `learned` out: what was learned with other gains, or is not there to be read.
+    ///
+    /// # Errors
+    /// The document is not TOML.
+    pub fn forget_learned(&mut self) -> Result<(), ScenarioError> {
+        let mut document = self.editable()?;
+        if document.remove("learned").is_some() {
+            self.text = document.to_string();
+        }
+        Ok(())
     }
 
     /// Where the files that the text names are looked for.

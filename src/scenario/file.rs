@@ -29,9 +29,21 @@ pub(super) struct RawScenario {
     pub(super) control: RawControl,
     /// The two axes.
     pub(super) axes: RawAxes,
+    /// Corrections of the commands that `servosim learn` has learned.
+    pub(super) learned: Option<RawLearned>,
     /// Limits that the run is held to; a run that breaks one exits with 3.
     #[serde(default)]
     pub(super) limits: RawLimits,
+}
+
+/// Corrections of the commands that `servosim learn` has learned, for this scenario and no other.
+#[derive(Debug, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub(super) struct RawLearned {
+    /// The CSV file, seen from the folder of this file, such as "alpha-learned.csv": sample, time in s, and what to add to the position
+    /// commands of X and Y, in µm. As many samples as the run has, in its control period.
+    #[schemars(with = "String")]
+    pub(super) file: Spanned<String>,
 }
 
 /// The desired path.

@@ -42,6 +42,7 @@ mod check;
 mod check_contour;
 mod check_drive;
 mod check_feed;
+mod check_learned;
 mod check_part;
 mod check_path;
 mod check_surface;
@@ -63,6 +64,8 @@ mod part_program;
 use std::fmt;
 use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
+
+use nalgebra::Vector2;
 
 pub use diagnostics::{Diagnostic, ScenarioError};
 pub use document::{Document, builtin_names, builtin_part_names};
@@ -102,6 +105,9 @@ pub struct Scenario {
     pub drives: [RealDrive; 2],
     /// Cross-coupled contour control, where there is one.
     pub cross_coupling: Option<CrossCouplingGains>,
+    /// Corrections of the position commands that were learned, sample by sample \[mm\], where there are some: what
+    /// [`Simulation::with_corrections`] takes.
+    pub corrections_mm: Option<Arc<[Vector2<f64>]>>,
     /// How the loop is sampled.
     pub settings: LoopSettings,
     /// Limits that a run is held to.
@@ -120,6 +126,7 @@ impl fmt::Debug for Scenario {
             .field("axes", &self.axes)
             .field("drives", &self.drives)
             .field("cross_coupling", &self.cross_coupling)
+            .field("corrections", &self.corrections_mm.as_ref().map(|corrections| corrections.len()))
             .field("settings", &self.settings)
             .field("limits", &self.limits)
             .finish_non_exhaustive()
@@ -164,7 +171,7 @@ impl Scenario {
         }
     }
 
-    /// The run as a stream of control periods.
+    /// The run as a stream of control periods, its commands corrected by what was learned.
     ///
     /// # Errors
     /// A parameter of the loop out of range, or too long a run.
@@ -178,7 +185,11 @@ impl Scenario {
     /// As [`Scenario::simulation`].
     pub fn simulation_of(&self, axes: [AxisParameters; 2]) -> Result<Simulation<'_, 2>, SimulationError> {
         let coupling = self.cross_coupling.as_ref();
-        Simulation::with_drives(&*self.path, &self.motion, axes, &self.drives, coupling, self.settings)
+        let run = Simulation::with_drives(&*self.path, &self.motion, axes, &self.drives, coupling, self.settings)?;
+        match &self.corrections_mm {
+            Some(corrections) => run.with_corrections(corrections.clone()),
+            None => Ok(run),
+        }
     }
 
     /// Whether the axes are what their models say: plants of first order under PDFF controllers.
@@ -186,13 +197,14 @@ impl Scenario {
         self.cross_coupling.is_none() && self.drives.iter().all(RealDrive::is_model)
     }
 
-    /// The same axes as their models have them.
+    /// The same axes as their models have them, nothing done about what they are beside that.
     #[must_use]
     pub fn model(&self) -> Self {
-        Self { drives: Default::default(), cross_coupling: None, ..self.clone() }
+        Self { drives: Default::default(), cross_coupling: None, corrections_mm: None, ..self.clone() }
     }
 
-    /// Setpoints and path geometry for runs with other axes, many at once. What the scenario says of its axes is not in it.
+    /// Setpoints and path geometry for runs with other axes, many at once. What the scenario says of its axes is not in it, nor
+    /// are learned corrections.
     ///
     /// # Errors
     /// See [`Course::new`].

@@ -148,8 +148,9 @@ fn drop_other_choices(form: &Form, table: &mut dyn TableLike, path: &[String], d
     }
 }
 
-/// Text that can only be meant as a string.
+/// Text that can only be meant as a string: words, and the path of a file.
 fn is_word(value: &str) -> bool {
-    value.starts_with(|c: char| c.is_alphabetic() || c == '_')
-        && value.chars().all(|c| c.is_alphanumeric() || matches!(c, '_' | '-' | '.' | ' '))
+    let begins = value.starts_with(|c: char| c.is_alphabetic() || matches!(c, '_' | '/'));
+    (begins || value.starts_with("./") || value.starts_with("../"))
+        && value.chars().all(|c| c.is_alphanumeric() || matches!(c, '_' | '-' | '.' | ' ' | '/'))
 }

@@ -95,7 +95,7 @@ impl Part {
     }
 }
 
-/// Where the files that a part names are looked for.
+/// Where the files that a part or scenario names are looked for.
 #[derive(Debug, Clone)]
 pub(super) enum Folder {
     /// A folder.
@@ -105,6 +105,24 @@ pub(super) enum Folder {
 }
 
 impl Folder {
+    /// What a file that exists is called in a text of this folder: the way to it from here, or its whole path where there is none.
+    pub(super) fn name_of(&self, file: &Path) -> Option<String> {
+        let folder = match self {
+            Self::At(folder) if folder.as_os_str().is_empty() => Path::new("."),
+            Self::At(folder) => folder,
+            Self::BuiltIn => Path::new("."),
+        };
+        let (folder, file) = (folder.canonicalize().ok()?, file.canonicalize().ok()?);
+        let common = folder.components().zip(file.components()).take_while(|(a, b)| a == b).count();
+        // Another disk, or all the way down and up again.
+        if common <= 1 && folder.components().count() > 1 {
+            return file.to_str().map(str::to_owned);
+        }
+        let up = folder.components().skip(common).map(|_| Some(".."));
+        let down = file.components().skip(common).map(|part| part.as_os_str().to_str());
+        Some(up.chain(down).collect::<Option<Vec<_>>>()?.join("/"))
+    }
+
     /// A file to be read, and what messages call it.
     pub(super) fn open(&self, file: &str) -> io::Result<(Box<dyn Read>, String)> {
         match self {

@@ -108,9 +108,10 @@ pub struct RealDrive {
 }
 
 impl RealDrive {
-    /// Whether the axis is what its model says.
+    /// Whether the axis is what its model says. (How finely it is integrated does not count: the model is exact.)
     pub fn is_model(&self) -> bool {
-        *self == Self::default()
+        let Self { controller, effects, remedies, zero_phase } = self;
+        effects.are_off() && !zero_phase && *controller == ControllerGains::Pdff && *remedies == Remedies::default()
     }
 
     /// The axis at rest on `start_mm`, and by how many samples it wants to know its demands in advance.

@@ -7,6 +7,7 @@
 mod axes;
 mod batch;
 mod corrections;
+mod corrections_file;
 mod course;
 mod drive;
 mod monitor;
@@ -29,6 +30,7 @@ use crate::servo::{AxisParameters, AxisSignals, DriveSignals, LoopSettings, Real
 pub(crate) use axes::Axes;
 use corrections::Corrections;
 pub(crate) use corrections::shift;
+pub use corrections_file::{CorrectionsError, MAX_CORRECTED_PERIODS, read_corrections, write_corrections};
 pub use course::{Course, MAX_COURSE_PERIODS, RunFigures};
 pub(crate) use drive::{Periods, drive};
 pub use plan::{Desired, RunPlan, RunTotals};

@@ -1,8 +1,10 @@
 //! What a sweep is: the scenario, the variables, the method; and where its points lie.
 
-use std::fmt;
+use std::fmt::{self, Write as _};
 
+use nalgebra::Vector2;
 use serde::{Deserialize, Serialize};
+use sha2::{Digest, Sha256};
 
 use super::error::SweepError;
 use super::evaluate::{Figure, ScenarioCache};
@@ -75,6 +77,9 @@ pub struct Definition {
     pub seed: u64,
     /// Names of the figures.
     pub figures: Vec<String>,
+    /// SHA-256 of the learned corrections, where the scenario has some: its text has only the name of their file.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub learned: Option<String>,
 }
 
 impl Definition {
@@ -111,6 +116,9 @@ impl Definition {
                 }
                 None => "the length of the scenario's text".to_owned(),
             });
+        }
+        if self.learned != other.learned {
+            return Some("the learned corrections: the file has changed".to_owned());
         }
         (self != other).then(|| "the form of the definition".to_owned())
     }
@@ -151,6 +159,12 @@ impl Sweep {
         let mut variables: Vec<Variable> = Vec::with_capacity(vary.len());
         for given in vary {
             let variable = Variable::parse(given.as_ref(), document, &scenario)?;
+            if variable.key == "learned.file" {
+                return Err(SweepError::request(
+                    "the file of the learned corrections cannot be varied",
+                    "run the scenario with each of them: servosim run FILE --set learned.file=…",
+                ));
+            }
             if variables.iter().any(|other| other.key == variable.key) {
                 return Err(SweepError::request(
                     format!("{} is varied twice", variable.key),
@@ -179,6 +193,7 @@ impl Sweep {
             count,
             seed: if method == Method::Grid { 0 } else { plan.seed },
             figures: Figure::all(plan.margins).map(|figure| figure.name().to_owned()).collect(),
+            learned: scenario.corrections_mm.as_deref().map(digest),
         };
         Ok(Self::assemble(definition, document.clone(), scenario))
     }
@@ -195,7 +210,10 @@ impl Sweep {
                 "use that version, or compute the sweep anew",
             ));
         }
-        let document = Document::from_text(definition.scenario_toml.as_str(), format!("{}.toml", definition.scenario));
+        let mut document =
+            Document::from_text(definition.scenario_toml.as_str(), format!("{}.toml", definition.scenario));
+        // Their file may be elsewhere; what they have done is in the figures.
+        document.forget_learned()?;
         let scenario = document.scenario()?;
         let (method, count_given) = (Some(definition.method), Some(definition.count));
         let plan = Plan { method, samples: count_given, seed: definition.seed, margins: false };
@@ -282,6 +300,20 @@ impl Sweep {
     pub fn own_values(&self) -> Vec<Option<f64>> {
         self.definition.variables.iter().map(|variable| self.document.number(&variable.key)).collect()
     }
+}
+
+/// SHA-256 of corrections, as hexadecimal digits.
+fn digest(corrections_mm: &[Vector2<f64>]) -> String {
+    let mut hash = Sha256::new();
+    for shift in corrections_mm {
+        hash.update(shift.x.to_le_bytes());
+        hash.update(shift.y.to_le_bytes());
+    }
+    hash.finalize().iter().fold(String::new(), |mut out, byte| {
+        // Writing to a string does not fail.
+        let _ = write!(out, "{byte:02x}");
+        out
+    })
 }
 
 fn method(plan: &Plan, variables: &[Variable]) -> Method {

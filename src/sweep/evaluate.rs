@@ -10,9 +10,9 @@ use serde::{Deserialize, Serialize};
 
 use super::definition::Sweep;
 use super::variable::Value;
-use crate::analysis::{Margins, margins, peak_sensitivity};
+use crate::analysis::{DriveLoop, Margins, margins, peak_sensitivity};
 use crate::scenario::Scenario;
-use crate::servo::{AxisParameters, LoopSettings};
+use crate::servo::AxisParameters;
 use crate::simulation::{Course, RunFigures};
 use crate::summary::SummaryObserver;
 
@@ -244,13 +244,19 @@ impl Sweep {
         }
     }
 
-    /// Whether the loops of a point are stable, both of them, without saturation ([`crate::analysis::Margins::stable`]). Not
-    /// where its values make no scenario.
+    /// Whether the loops of a point are stable, both of them, without saturation ([`crate::analysis::Margins::stable`]), of the drives
+    /// as they are. Not where its values make no scenario.
     pub fn is_stable(&self, index: u64) -> bool {
         let values = self.values(index);
         let settings = self.settings(&values);
         let stable = |scenario: &Scenario| {
-            self.axes(scenario, &values).iter().all(|axis| peak_sensitivity(axis, &scenario.settings).is_some())
+            self.axes(scenario, &values).iter().zip(&scenario.drives).all(|(axis, drive)| {
+                if drive.is_model() {
+                    peak_sensitivity(axis, &scenario.settings).is_some()
+                } else {
+                    DriveLoop::new(axis, drive, &scenario.settings).is_ok_and(|of| of.is_stable())
+                }
+            })
         };
         // (Without settings the scenario is not copied: this is asked of many points.)
         if settings.is_empty() { stable(&self.scenario) } else { self.prepared(&settings).is_ok_and(|s| stable(&s)) }
@@ -305,14 +311,19 @@ impl Sweep {
             let is_valid = |axes: &[AxisParameters; 2]| axes.iter().all(|axis| axis.check().is_ok());
             let valid: Vec<[AxisParameters; 2]> = axes.iter().copied().filter(is_valid).collect();
             let mut found = engine.run(&valid).into_iter();
+            let of_loops: Vec<Vec<f64>> = if self.definition.figures.len() > OF_THE_RUN {
+                valid.par_iter().map(|axes| margins_of(axes, &scenario)).collect()
+            } else {
+                Vec::new()
+            };
+            let mut of_loops = of_loops.into_iter();
             rows.extend(axes.iter().map(|axes| {
                 if !is_valid(axes) {
                     return invalid;
                 }
                 let (status, mut figures) = found.next().flatten().map_or((Status::Diverged, NOTHING), |run| row(&run));
-                if self.definition.figures.len() > OF_THE_RUN {
-                    add_margins(&mut figures, axes, &scenario.settings);
-                }
+                let margins = of_loops.next().unwrap_or_default();
+                figures.iter_mut().skip(OF_THE_RUN).zip(margins).for_each(|(slot, margin)| *slot = margin);
                 (status, figures)
             }));
         }
@@ -320,12 +331,16 @@ impl Sweep {
     }
 }
 
-fn add_margins(figures: &mut [f64], axes: &[AxisParameters; 2], settings: &LoopSettings) {
+/// The margins of both loops, in the order of the figures: of the model, or of the drive as it is where it is more than that.
+fn margins_of(axes: &[AxisParameters; 2], scenario: &Scenario) -> Vec<f64> {
     const OF_EACH: [fn(&Margins) -> f64; 5] =
         [|m| m.peak_sensitivity, |m| m.gain_down, |m| m.gain_up, |m| m.phase_margin_deg, |m| m.delay_margin_s];
-    let loops = axes.each_ref().map(|axis| margins(axis, settings));
-    let all = OF_EACH.iter().flat_map(|pick| loops.each_ref().map(pick));
-    figures.iter_mut().skip(OF_THE_RUN).zip(all).for_each(|(slot, margin)| *slot = margin);
+    let settings = &scenario.settings;
+    let loops = [0, 1].map(|axis| match &scenario.drives[axis] {
+        drive if drive.is_model() => Some(margins(&axes[axis], settings)),
+        drive => DriveLoop::new(&axes[axis], drive, settings).ok().map(|of| of.margins()),
+    });
+    OF_EACH.iter().flat_map(|pick| loops.map(|of| of.map_or(f64::NAN, |margins| pick(&margins)))).collect()
 }
 
 fn row(run: &RunFigures<2>) -> Row {
@@ -357,13 +372,13 @@ fn row(run: &RunFigures<2>) -> Row {
 enum Engine<'a> {
     /// Side by side.
     Course(Course<'a, 2>),
-    /// One by one: a course would be too long to be kept, or the drives are more than their models.
+    /// One by one: a course would be too long to be kept, the drives are more than their models, or the commands are corrected.
     Single(&'a Scenario),
 }
 
 impl<'a> Engine<'a> {
     fn new(scenario: &'a Scenario) -> Self {
-        if !scenario.is_model() {
+        if !scenario.is_model() || scenario.corrections_mm.is_some() {
             return Self::Single(scenario);
         }
         scenario.course().map_or(Self::Single(scenario), Self::Course)

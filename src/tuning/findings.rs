@@ -231,6 +231,11 @@ fn notes(scenario: &Scenario, after: &[AxisParameters; 2]) -> Vec<String> {
     if scenario.cross_coupling.is_some() {
         notes.push("the axes were tuned without their cross-coupled control".to_owned());
     }
+    if scenario.corrections_mm.is_some() {
+        let text = "the axes were tuned without the learned corrections, which belong to the gains that they were learned with: \
+                    the tuned scenario has none";
+        notes.push(text.to_owned());
+    }
     notes
 }
 

@@ -70,6 +70,25 @@ impl Default for Integration {
     }
 }
 
+impl Integration {
+    /// Most steps a control period.
+    pub const MOST_SUBSTEPS: u32 = 1024;
+
+    /// Every parameter in its range.
+    ///
+    /// # Errors
+    /// Names the first one that is not.
+    pub fn check(&self) -> Result<(), ServoError> {
+        if !(1..=Self::MOST_SUBSTEPS).contains(&self.substeps) {
+            return Err(ServoError { name: "substeps", value: f64::from(self.substeps), needed: Self::SUBSTEPS });
+        }
+        super::parameters::positive("tolerance_mm_s", self.tolerance_mm_s)
+    }
+
+    /// What a number of steps has to be.
+    pub(crate) const SUBSTEPS: &'static str = "a whole number from 1 to 1024";
+}
+
 impl Effects {
     /// The plant as it is.
     pub fn plant(&self, plant: &Plant) -> Plant {
@@ -101,10 +120,11 @@ impl Effects {
         self.pitch.iter().try_for_each(PitchError::check)?;
         self.ripple.iter().try_for_each(TorqueRipple::check)?;
         self.force.iter().try_for_each(CuttingForce::check)?;
-        let Integration { substeps, tolerance_mm_s } = self.integration;
-        if !(1..=1024).contains(&substeps) {
-            return Err(ServoError { name: "substeps", value: f64::from(substeps), needed: "from 1 to 1024" });
-        }
-        super::parameters::positive("tolerance_mm_s", tolerance_mm_s)
+        self.integration.check()
+    }
+
+    /// Whether none is on: how finely nothing is integrated does not matter.
+    pub fn are_off(&self) -> bool {
+        !EffectKind::ALL.iter().any(|kind| self.has(*kind))
     }
 }
