@@ -542,29 +542,17 @@ fn third(period: &Period<3>, place: &BlockPlace) -> Third {
 /// What one drive tells.
 #[inline]
 fn drive(told: &crate::servo::DriveSignals) -> DriveSignals {
-    let &crate::servo::DriveSignals {
-        measured_mm,
-        measured_rad_s,
-        motor_mm,
-        table_mm_s,
-        motor_torque_nm,
-        ripple_nm,
-        friction_nm,
-        force_nm,
-        stuck,
-        in_gap,
-    } = told;
     DriveSignals {
-        measured_mm,
-        measured_rad_s,
-        motor_mm,
-        table_mm_s,
-        motor_torque_nm,
-        ripple_nm,
-        friction_nm,
-        force_nm,
-        stuck,
-        in_gap,
+        measured_mm: told.measured_mm,
+        measured_rad_s: told.measured_rad_s,
+        motor_mm: told.motor_mm,
+        table_mm_s: told.table_mm_s,
+        motor_torque_nm: told.motor_torque_nm,
+        ripple_nm: told.ripple_nm,
+        friction_nm: told.friction_nm,
+        force_nm: told.force_nm,
+        stuck: told.stuck,
+        in_gap: told.in_gap,
     }
 }
 
