@@ -61,12 +61,10 @@ pub struct RealAxis<C = AnyController> {
     near: usize,
     pitch_start_mm: f64,
     machine: Machine,
-    /// Voltages by sample, in a ring; `late` samples old is what the second part of a period has.
+    /// Voltages to come, in a ring from `at` on: a new one waits behind `late` others for the second part of its period.
     waiting: [f64; WAITING],
     late: usize,
     at: usize,
-    /// Voltages of the period that the next sample ends: until the switch, and from there on.
-    coming_v: [f64; 2],
     /// Voltage on the machine when the last sample was taken.
     applied_v: f64,
     last_command_mm: f64,
@@ -149,7 +147,6 @@ impl<C: Controller> RealAxis<C> {
             waiting: [0.0; WAITING],
             late: whole(late),
             at: 0,
-            coming_v: [0.0; 2],
             applied_v: 0.0,
             last_command_mm: 0.0,
             k: 0,
@@ -211,8 +208,10 @@ impl<C: Controller> Axis for RealAxis<C> {
     fn step(&mut self, demand: &Demand) -> AxisSignals {
         // Move: the machine goes on when the next sample is taken, so that until then it can be looked at.
         if self.k > 0 {
-            self.applied_v = self.coming_v[1];
-            self.machine.advance(self.coming_v, (self.k - 1) as f64 * self.period_s);
+            let before = self.applied_v;
+            self.applied_v = self.waiting[self.at];
+            self.at = (self.at + 1) % WAITING;
+            self.machine.advance([before, self.applied_v], (self.k - 1) as f64 * self.period_s);
         }
         self.k += 1;
 
@@ -247,11 +246,7 @@ impl<C: Controller> Axis for RealAxis<C> {
         }
 
         // To the amplifier, late.
-        let at = self.at;
-        self.at = (at + 1) % WAITING;
-        self.waiting[at] = voltage_v;
-        let [before, after] = [self.late + 1, self.late].map(|late| self.waiting[(at + WAITING - late) % WAITING]);
-        self.coming_v = [before, after];
+        self.waiting[(self.at + self.late) % WAITING] = voltage_v;
 
         AxisSignals {
             command_mm: demand.position_mm,

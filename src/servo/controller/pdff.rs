@@ -23,9 +23,9 @@ impl Controller for PdffController {
     fn control(&mut self, demand: &Demand, measured: &Measured) -> Wanted {
         let Pdff { kpp_rad_s_mm, kpv_nm_s_rad, kpf_rad_mm, kvf, .. } = self.gains;
         let lag = demand.position_mm - measured.position_mm;
-        let command = kpp_rad_s_mm * lag + kpf_rad_mm * demand.velocity_mm_s;
+        let command = kpp_rad_s_mm.mul_add(lag, kpf_rad_mm * demand.velocity_mm_s);
         self.integral.error = command - measured.velocity_rad_s;
-        let torque_nm = kpv_nm_s_rad * (kvf * command - measured.velocity_rad_s) + self.integral.sum;
+        let torque_nm = kpv_nm_s_rad.mul_add(kvf.mul_add(command, -measured.velocity_rad_s), self.integral.sum);
         Wanted { velocity_command_rad_s: command, torque_nm }
     }
 

@@ -127,6 +127,7 @@ pub(in crate::servo) struct Sensor {
     counts_per_mm: f64,
     velocity: VelocityEstimate,
     rate: f64,
+    to_rad_s: f64,
     period_s: f64,
     low_pass: f64,
     alpha: f64,
@@ -163,6 +164,7 @@ impl Sensor {
             counts_per_mm: if count_mm > 0.0 { 1.0 / count_mm } else { 0.0 },
             velocity: encoder.velocity,
             rate: 1.0 / period_s,
+            to_rad_s: 1.0 / (period_s * transmission_mm_rad),
             period_s,
             low_pass,
             alpha,
@@ -183,7 +185,8 @@ impl Sensor {
     fn rounded(&self, position_mm: f64) -> f64 {
         if self.count_mm > 0.0 {
             // To the nearest, halves to even: one instruction.
-            ((self.start_mm + position_mm) * self.counts_per_mm).round_ties_even() * self.count_mm - self.start_mm
+            let counts = position_mm.mul_add(self.counts_per_mm, self.start_mm * self.counts_per_mm).round_ties_even();
+            counts.mul_add(self.count_mm, -self.start_mm)
         } else {
             position_mm
         }
@@ -196,7 +199,11 @@ impl Sensor {
         let measured = self.rounded(noisy);
         let velocity_mm_s = match self.velocity {
             VelocityEstimate::Tachometer => return (measured, motor_rad_s),
-            VelocityEstimate::Difference => (measured - self.last_mm) * self.rate,
+            VelocityEstimate::Difference => {
+                let velocity = (measured - self.last_mm) * self.to_rad_s;
+                self.last_mm = measured;
+                return (measured, velocity);
+            }
             VelocityEstimate::LowPass { .. } => {
                 let raw = (measured - self.last_mm) * self.rate;
                 self.estimate_mm_s += self.low_pass * (raw - self.estimate_mm_s);

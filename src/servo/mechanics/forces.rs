@@ -16,13 +16,17 @@ pub(super) enum Rub {
 /// Harmonics that are computed side by side.
 const SIDE: usize = 4;
 
-/// Harmonics: times a revolution, amplitude \[N m\], phase in turns.
+/// Harmonics.
 #[derive(Debug, Clone, Copy, Default)]
 #[repr(align(32))]
 struct Waves {
-    times: [f64; SIDE],
-    amplitude: [f64; SIDE],
-    turns: [f64; SIDE],
+    /// Turns a radian of the motor, and those at the start.
+    rate: Side,
+    turns: Side,
+    /// Amplitude \[N m\], and those of slope \[N m/rad\] and curvature \[N m/rad²\].
+    amplitude: Side,
+    slope: Side,
+    curvature: Side,
 }
 
 /// What the nonlinear torques are computed from.
@@ -40,6 +44,8 @@ pub(super) struct Forces {
     sigma_0: f64,
     sigma_1: f64,
     waves: Vec<Waves>,
+    /// Angle up to which a double tells one turn of a harmonic from the next \[rad\].
+    farthest: f64,
     /// Largest change of the ripple with the angle \[N m/rad\], and what Hermite's rule of two derivatives misses of it, by the
     /// sixth power of the angle: a 100800th of its sixth derivative \[N m/rad⁶\].
     pub(super) steep: f64,
@@ -61,10 +67,13 @@ impl Forces {
             let times = f64::from(harmonic.per_revolution);
             let turns = 0.5 * FRAC_1_PI * (times * start_rad + harmonic.phase_rad);
             let waves = &mut waves[i / SIDE];
-            waves.times[i % SIDE] = times;
-            waves.amplitude[i % SIDE] = harmonic.amplitude_nm;
+            waves.rate[i % SIDE] = 0.5 * FRAC_1_PI * times;
             waves.turns[i % SIDE] = turns - turns.floor();
+            waves.amplitude[i % SIDE] = harmonic.amplitude_nm;
+            waves.slope[i % SIDE] = harmonic.amplitude_nm * times;
+            waves.curvature[i % SIDE] = -harmonic.amplitude_nm * times * times;
         }
+        let most = harmonics().map(|h| f64::from(h.per_revolution)).fold(1.0, f64::max);
         let derivative = |n| harmonics().map(|h| h.amplitude_nm * f64::from(h.per_revolution).powi(n)).sum::<f64>();
         let curve = effects.friction.map(|friction| *friction.curve());
         let (sigma_0, sigma_1) = match effects.friction {
@@ -87,6 +96,7 @@ impl Forces {
             steep: derivative(1),
             sixth: derivative(6) / 100_800.0,
             waves,
+            farthest: 2.0 * PI * MOST_TURNS / most,
             force: effects.force.clone(),
             start_mm,
             mm_rad,
@@ -99,8 +109,7 @@ impl Forces {
         !self.waves.is_empty()
     }
 
-    #[inline(always)]
-    pub(super) fn acts_on_table(&self) -> bool {
+    pub(super) fn act_on_table(&self) -> bool {
         self.rub != Rub::None || self.force.is_some()
     }
 
@@ -108,18 +117,19 @@ impl Forces {
     #[inline(always)]
     pub(super) fn ripple(&self, angle: f64) -> [f64; 3] {
         let mut ripple = [0.0; 3];
-        let turns = angle * (0.5 * FRAC_1_PI);
+        if !(angle.abs() < self.farthest) {
+            return ripple;
+        }
         for waves in &self.waves {
-            let (sine, cosine) = sine_cosine(fused(waves.times, [turns; SIDE], waves.turns));
-            let slope = times(waves.amplitude, waves.times);
-            let parts = [times(waves.amplitude, sine), times(slope, cosine), times(times(slope, waves.times), sine)];
+            let (sine, cosine) = sine_cosine(fused(waves.rate, [angle; SIDE], waves.turns));
+            let parts = [times(waves.amplitude, sine), times(waves.slope, cosine), times(waves.curvature, sine)];
             // Through memory: what is stored side by side is computed side by side.
             let parts = std::hint::black_box(parts);
             for i in 0..3 {
                 ripple[i] += (parts[i][0] + parts[i][1]) + (parts[i][2] + parts[i][3]);
             }
         }
-        [ripple[0], ripple[1], -ripple[2]]
+        ripple
     }
 
     /// Cutting force as a torque, at a time or a place.
@@ -230,32 +240,29 @@ pub(super) struct Bristle {
     curve: f64,
 }
 
-/// Series of `sin(x)/x` in `x²`, from the lowest power up.
-const SINE: [f64; 9] = [
-    1.0,
-    -1.0 / 6.0,
-    1.0 / 120.0,
-    -1.0 / 5040.0,
-    1.0 / 362880.0,
-    -1.0 / 39916800.0,
-    1.0 / 6227020800.0,
-    -1.0 / 1307674368000.0,
-    1.0 / 355687428096000.0,
-];
+impl Bristle {
+    /// None at all.
+    pub(super) const NONE: Self = Self { z: 0.0, rate: 0.0, curve: 0.0 };
+}
 
-/// Series of `cos(x)` in `x²`.
-const COSINE: [f64; 10] = [
-    1.0,
-    -0.5,
-    1.0 / 24.0,
-    -1.0 / 720.0,
-    1.0 / 40320.0,
-    -1.0 / 3628800.0,
-    1.0 / 479001600.0,
-    -1.0 / 87178291200.0,
-    1.0 / 20922789888000.0,
-    -1.0 / 6402373705728000.0,
-];
+/// Series of `sin(2π t)/t` in `t²`, from the lowest power up, and of `cos(2π t)`.
+const SINE: [f64; 9] = series(2.0 * PI, 1);
+const COSINE: [f64; 10] = series(1.0, 0);
+
+/// What begins with `first`, and goes on as the series whose power `n` has the coefficient `(2π)ⁿ/n!`, sign by sign.
+const fn series<const N: usize>(first: f64, power: u32) -> [f64; N] {
+    let mut series = [first; N];
+    let (mut i, mut n) = (1, power as f64);
+    while i < N {
+        series[i] = series[i - 1] * (-4.0 * PI * PI) / ((n + 1.0) * (n + 2.0));
+        n += 2.0;
+        i += 1;
+    }
+    series
+}
+
+/// Turns of which [`sine_cosine`] knows a half.
+const MOST_TURNS: f64 = 1125899906842624.0;
 
 /// Numbers side by side.
 type Side = [f64; SIDE];
@@ -280,17 +287,25 @@ fn fused(a: Side, b: Side, c: Side) -> Side {
     sum
 }
 
-/// `sin(2π t)` and `cos(2π t)`, to 1e-13: the ripple needs them several times a period, and they are the same on every machine.
+/// `sin(2π t)` and `cos(2π t)`, to 1e-13, up to [`MOST_TURNS`]: the ripple needs them every period, and they are the same on every
+/// machine.
 #[inline(always)]
 fn sine_cosine(turns: Side) -> (Side, Side) {
+    // Above the rounding to whole numbers, which are then the lowest bits.
+    const ROUND: f64 = 6755399441055744.0;
     // To a quarter turn on either side of zero; half a turn more changes both signs.
-    let (mut x, mut sign) = (turns, turns);
+    let (mut x, mut odd) = (turns, [0; SIDE]);
     for i in 0..SIDE {
-        let halves = (turns[i] + turns[i]).round_ties_even();
-        x[i] = 2.0 * PI * (turns[i] - 0.5 * halves);
-        let odd = (halves * 0.5 - (halves * 0.5).floor()) * 4.0;
-        sign[i] = 1.0 - odd;
+        let shifted = turns[i].mul_add(2.0, ROUND);
+        x[i] = (shifted - ROUND).mul_add(-0.5, turns[i]);
+        odd[i] = shifted.to_bits() << 63;
     }
+    let signed = |mut a: Side| {
+        for i in 0..SIDE {
+            a[i] = f64::from_bits(a[i].to_bits() ^ odd[i]);
+        }
+        a
+    };
     // Estrin's scheme: half the wait of Horner's.
     let y = times(x, x);
     let y2 = times(y, y);
@@ -300,7 +315,7 @@ fn sine_cosine(turns: Side) -> (Side, Side) {
     let y8 = times(y4, y4);
     let sine = fused([SINE[8]; SIDE], y8, fused(four(&SINE, 4), y4, four(&SINE, 0)));
     let cosine = fused(pair(&COSINE, 8), y8, fused(four(&COSINE, 4), y4, four(&COSINE, 0)));
-    (times(times(sign, x), sine), times(sign, cosine))
+    (times(signed(x), sine), signed(cosine))
 }
 
 #[cfg(test)]

@@ -33,6 +33,9 @@ pub(super) const MOTOR: usize = 1;
 pub(super) const TWIST: usize = 2;
 pub(super) const TABLE: usize = 3;
 pub(super) const PLACE: usize = 4;
+/// What follows from the states, and comes with them: the angle of the motor \[rad\], the torque of the screw \[N m\].
+pub(super) const ANGLE: usize = 5;
+pub(super) const SPRING: usize = 6;
 
 /// The linear machine, everything referred to the motor shaft.
 #[derive(Debug, Clone, Copy)]
@@ -151,6 +154,12 @@ impl Linear {
         joined
     }
 
+    /// Torque from the screw onto the table \[N m\], when it is in contact.
+    #[inline(always)]
+    pub(super) fn spring(&self, z: &Column) -> f64 {
+        self.stiffness * z[TWIST] + self.damping * (z[MOTOR] - z[TABLE])
+    }
+
     /// The steps of one mode over 1, 2, … [`TICKS`] ticks.
     pub(super) fn grid(&self, tick_s: f64, free: bool, stuck: bool) -> Vec<Step> {
         let tick = self.over(tick_s, free, stuck);
@@ -160,12 +169,12 @@ impl Linear {
             // Of two halves: the fewest roundings.
             joined.push(Joined::of(&joined[n / 2 - 1], &joined[n - n / 2 - 1]));
         }
-        joined.iter().map(|joined| joined.step(tick_s)).collect()
+        joined.iter().map(|joined| joined.step(tick_s, self, free)).collect()
     }
 
     /// The step of one mode over `h_s`, for good.
     pub(super) fn step(&self, h_s: f64, free: bool, stuck: bool) -> Step {
-        self.over(h_s, free, stuck).step(h_s)
+        self.over(h_s, free, stuck).step(h_s, self, free)
     }
 }
 
@@ -218,9 +227,13 @@ impl Joined {
         Self { rows, ticks: first.ticks + then.ticks }
     }
 
-    fn step(&self, tick_s: f64) -> Step {
-        let column =
-            |index: usize| -> Column { std::array::from_fn(|row| self.rows.get(row).map_or(0.0, |row| row[index])) };
+    fn step(&self, tick_s: f64, linear: &Linear, free: bool) -> Step {
+        let column = |index: usize| -> Column {
+            let mut column: Column = std::array::from_fn(|row| self.rows.get(row).map_or(0.0, |row| row[index]));
+            column[ANGLE] = column[PLACE] + column[TWIST];
+            column[SPRING] = if free { 0.0 } else { linear.spring(&column) };
+            column
+        };
         // The chains count time in ticks; a step counts in its own length.
         let power = |first: usize, n: usize| {
             let scale = (0..n).fold(1.0, |scale, _| scale / self.ticks);

@@ -19,7 +19,7 @@ mod linear;
 mod motion;
 
 use self::forces::{Bristle, Force, Forces, Rub};
-use self::grid::{Column, LANES, Linear, MOTOR, PLACE, Step, TABLE, TICKS, TORQUE, TWIST};
+use self::grid::{ANGLE, Column, LANES, Linear, MOTOR, PLACE, SPRING, Step, TABLE, TICKS, TORQUE, TWIST};
 pub(crate) use self::linear::LinearMachine;
 use super::AxisParameters;
 use super::effects::Effects;
@@ -68,7 +68,7 @@ impl State {
     /// Angle of the motor from the start \[rad\].
     #[inline(always)]
     pub(super) fn motor_rad(&self) -> f64 {
-        self.z[PLACE] + (self.z[TWIST] + self.offset)
+        self.z[ANGLE]
     }
 
     /// Speed of the motor \[rad/s\].
@@ -99,11 +99,19 @@ pub(super) struct Machine {
     per_tolerance: f64,
     /// Inverse of the table's inertia, or of all \[1/(kg m²)\].
     lightness: f64,
+    /// Viscous friction of what rubs: the table, or all \[N m s/rad\].
+    viscous: f64,
     /// Half the gap \[rad\]; the gap is between two masses, or kinematic.
     half_gap: f64,
     flexible: bool,
     gapped: bool,
     follows: bool,
+    /// Whether friction or force act on the table, and whether the force does by its place.
+    loaded: bool,
+    by_place: bool,
+    bristles: bool,
+    /// Whether the motor's torque comes through a current loop.
+    lags: bool,
     /// Whether the voltage switches inside the period.
     switches: bool,
     /// Whether the table's turning points are events.
@@ -185,6 +193,7 @@ impl Machine {
             state,
             longest: TICKS,
             near: 0,
+            viscous: linear.table_viscous + if flexible { 0.0 } else { linear.motor_viscous },
             linear,
             per_tolerance: r_g / effects.integration.tolerance_mm_s,
             lightness: 1.0 / effects.rubbing_kg_m2(&axis.plant, drive),
@@ -192,6 +201,10 @@ impl Machine {
             flexible,
             gapped,
             follows: half_gap > 0.0 && !flexible,
+            loaded: forces.act_on_table(),
+            by_place: forces.by_place(),
+            bristles: forces.rub == Rub::LuGre,
+            lags: linear.current_rate.is_some(),
             switches,
             turns: sticks || (half_gap > 0.0 && !flexible),
             whole,
@@ -212,7 +225,7 @@ impl Machine {
     pub(super) fn tell(&self, voltage: f64) -> Telling {
         let state = &self.state;
         let friction_nm = if state.stuck {
-            -self.drives(state, &state.z, voltage, state.ripple[0], state.force.torque)
+            -self.drives(&state.z, voltage, state.ripple[0], state.force.torque)
         } else {
             state.friction - self.linear.table_viscous * state.z[TABLE]
         };
@@ -230,25 +243,20 @@ impl Machine {
     /// Torque of the motor under a voltage \[N m\], without ripple.
     #[inline(always)]
     fn torque(&self, z: &Column, voltage: f64) -> f64 {
-        if self.linear.current_rate.is_some() { z[TORQUE] } else { self.linear.torque_per_volt * voltage }
+        if self.lags { z[TORQUE] } else { self.linear.torque_per_volt * voltage }
     }
 
-    /// Torque from the screw onto the table \[N m\].
-    #[inline(always)]
-    fn spring(&self, z: &Column) -> f64 {
-        self.linear.stiffness * z[TWIST] + self.linear.damping * (z[MOTOR] - z[TABLE])
+    /// Makes what follows from the states follow from them again.
+    fn derive(&mut self) {
+        let State { z, offset, free, .. } = &mut self.state;
+        z[ANGLE] = z[PLACE] + (z[TWIST] + *offset);
+        z[SPRING] = if *free { 0.0 } else { self.linear.spring(z) };
     }
 
     /// Torque that acts on the table beside friction, were it at rest \[N m\].
     #[inline(always)]
-    fn drives(&self, state: &State, z: &Column, voltage: f64, ripple: f64, force: f64) -> f64 {
-        let driven = if state.free {
-            0.0
-        } else if self.flexible {
-            self.spring(z)
-        } else {
-            self.torque(z, voltage) + ripple
-        };
+    fn drives(&self, z: &Column, voltage: f64, ripple: f64, force: f64) -> f64 {
+        let driven = if self.flexible { z[SPRING] } else { self.torque(z, voltage) + ripple };
         driven + force
     }
 }

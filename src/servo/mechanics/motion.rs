@@ -1,9 +1,9 @@
 //! The machine in motion: whole periods where nothing happens, and the search for what does.
 
 use super::forces::{Bristle, Force, Rub};
-use super::grid::{Column, MOTOR, PLACE, Step, TABLE, TICKS, TORQUE, TWIST, add};
+use super::grid::{ANGLE, Column, MOTOR, PLACE, SPRING, Step, TABLE, TICKS, TORQUE, TWIST, add};
 use super::{Machine, State};
-use crate::lane::{Kernel, vectorized};
+use crate::lane::{Kernel, fused};
 
 /// Most attempted steps in one period: a machine that chatters gets its events where the steps happen to end.
 const MOST_ATTEMPTS: u32 = 4000;
@@ -38,6 +38,26 @@ impl Trial {
         self.event = true;
         self.when = if when < self.when { when } else { self.when };
     }
+
+    /// Something has fallen below zero, or may have.
+    #[inline(always)]
+    fn falls(&mut self, ends: [f64; 2], change: [f64; 2]) {
+        if ends[1] < 0.0 {
+            self.found(crossing(ends, change));
+        } else if dips(ends, change) {
+            self.found(0.5);
+        }
+    }
+}
+
+/// What the friction at the end of a step hangs on.
+struct Foreseen {
+    /// Speed of the table, before the motor's torque at the end is known \[rad/s\].
+    speed: f64,
+    /// What that torque adds to it.
+    faster: f64,
+    /// Torque of the screw, with that \[N m\].
+    spring: f64,
 }
 
 /// How many ticks end just behind an event.
@@ -75,7 +95,7 @@ impl Kernel for Apart<'_> {
 #[cold]
 #[inline(never)]
 fn take_apart(machine: &mut Machine, volts: [f64; 2], time_s: f64, event_s: f64) {
-    vectorized(Apart { machine, volts, time_s, event_s });
+    fused(Apart { machine, volts, time_s, event_s });
 }
 
 impl Machine {
@@ -126,18 +146,13 @@ impl Machine {
     #[inline(always)]
     fn hold(&self, voltage: f64) -> f64 {
         let state = &self.state;
-        self.drives(state, &state.z, voltage, state.ripple[0], state.force.torque)
+        self.drives(&state.z, voltage, state.ripple[0], state.force.torque)
     }
 
     /// Rate of the table's speed times its inertia \[N m\], in motion.
     #[inline(always)]
     fn push(&self, z: &Column, voltage: f64, ripple: f64, table: f64) -> f64 {
-        let viscous = if self.flexible {
-            self.linear.table_viscous
-        } else {
-            self.linear.table_viscous + self.linear.motor_viscous
-        };
-        self.drives(&self.state, z, voltage, ripple, table) - viscous * z[TABLE]
+        self.drives(z, voltage, ripple, table) - self.viscous * z[TABLE]
     }
 
     /// The side of the gap that a free screw has met, 0 for none.
@@ -153,8 +168,8 @@ impl Machine {
     #[inline(always)]
     fn take(&mut self, trial: &Trial, h_s: f64) {
         let state = &mut self.state;
-        if self.forces.acts_on_table() {
-            if self.forces.rub == Rub::LuGre {
+        if self.loaded {
+            if self.bristles {
                 state.rub_rate = (trial.friction - state.friction) / h_s;
                 state.bristle = trial.bristle;
             }
@@ -216,7 +231,7 @@ impl Machine {
     #[inline(always)]
     fn attempt(&self, step: &Step, volts: [f64; 2], end_s: f64, ticks: usize, near: &mut usize) -> Trial {
         let (state, h) = (&self.state, step.h_s);
-        let (rippled, tabled) = (self.forces.ripples(), self.forces.acts_on_table());
+        let (rippled, loaded) = (self.forces.ripples(), self.loaded);
         // Ripple over the step's time: its acceleration's share of the curvature is left out, and counted as a miss.
         let turn = state.z[MOTOR] * h;
         let waves = [state.ripple[0], state.ripple[1] * turn, state.ripple[2] * (turn * turn)];
@@ -226,9 +241,9 @@ impl Machine {
         // Over time the force is known; over the place it is foreseen from the speed.
         let mut force = state.force;
         let mut rise = 0.0;
-        if self.forces.by_place() {
+        if self.by_place {
             rise = state.force.slope * state.z[TABLE] * h;
-        } else if tabled {
+        } else if loaded {
             force = self.forces.force(end_s, 0.0, near);
             rise = force.torque - state.force.torque;
         }
@@ -239,7 +254,7 @@ impl Machine {
             add(&mut z, &step.state[MOTOR], state.z[MOTOR]);
             add(&mut z, &step.state[TWIST], state.z[TWIST]);
         }
-        if self.linear.current_rate.is_some() {
+        if self.lags {
             add(&mut z, &step.state[TORQUE], state.z[TORQUE]);
         }
         if rippled {
@@ -247,7 +262,7 @@ impl Machine {
             add(&mut z, &step.motor[1], waves[1]);
             add(&mut z, &step.motor[2], waves[2]);
         }
-        if tabled {
+        if loaded {
             add(&mut z, &step.table[0], start);
             add(&mut z, &step.table[1], rate);
         }
@@ -262,16 +277,16 @@ impl Machine {
             friction: 0.0,
             steep: 0.0,
             force,
-            bristle: state.bristle,
+            bristle: Bristle::NONE,
             pushes: [pushed, 0.0],
             miss: 0.0,
             event: false,
             when: 1.0,
         };
-        let foreseen_speed = z[TABLE];
+        // What the friction hangs on is foreseen here, and corrected beside the state: the shortest way to it.
+        let mut foreseen = Foreseen { speed: z[TABLE], faster: 0.0, spring: z[SPRING] };
         if rippled {
-            let angle = trial.z[PLACE] + (trial.z[TWIST] + state.offset);
-            trial.ripple = self.forces.ripple(angle);
+            trial.ripple = self.forces.ripple(trial.z[ANGLE]);
             let last = trial.z[MOTOR] * h;
             // The acceleration's share of the curvature, at both ends: known now.
             let gained = last - turn;
@@ -286,13 +301,15 @@ impl Machine {
             let astray = further.abs() + gained.abs() * (1.0 / 1200.0);
             let missed = self.forces.sixth.mul_add(square * square * square, self.forces.steep * astray);
             trial.miss = step.motor[0][MOTOR] * missed * self.per_tolerance;
-            add(&mut trial.z, &step.motor[2], bent);
-            add(&mut trial.z, &step.motor_end[0], ends[0]);
-            add(&mut trial.z, &step.motor_end[1], ends[1]);
-            add(&mut trial.z, &step.motor_end[2], ends[2]);
+            let [value, slope, curvature] = &step.motor_end;
+            for (column, factor) in [(&step.motor[2], bent), (value, ends[0]), (slope, ends[1]), (curvature, ends[2])] {
+                add(&mut trial.z, column, factor);
+                foreseen.faster = column[TABLE].mul_add(factor, foreseen.faster);
+                foreseen.spring = column[SPRING].mul_add(factor, foreseen.spring);
+            }
         }
-        if tabled {
-            self.load(state, &mut trial, step, volts[1], [start, rate, rise], foreseen_speed, near);
+        if loaded {
+            self.load(state, &mut trial, step, volts[1], [start, rate, rise], &foreseen, near);
         }
         if turning {
             let table = trial.friction + trial.force.torque;
@@ -314,12 +331,12 @@ impl Machine {
         step: &Step,
         voltage: f64,
         carried: [f64; 3],
-        foreseen_speed: f64,
+        foreseen: &Foreseen,
         near: &mut usize,
     ) {
         let ([start, rate, rise], h) = (carried, step.h_s);
         let (mut last_rise, mut along) = (rise, h);
-        if self.forces.by_place() {
+        if self.by_place {
             trial.force = self.forces.force(0.0, trial.z[PLACE], near);
             last_rise = trial.force.slope * trial.z[TABLE] * h;
             along = trial.z[PLACE] - state.z[PLACE];
@@ -327,7 +344,7 @@ impl Machine {
         // By how much the force has left its line: what a corner inside of the step does is at most half of it.
         let corner = state.force.slope.mul_add(-along, trial.force.torque - state.force.torque).abs();
         let known = start + rate - trial.force.torque;
-        let missed = if self.forces.rub == Rub::LuGre {
+        let missed = if self.bristles {
             // Bristles are stiff: a straight line, solved with the speed.
             let gain = step.table[1][TABLE];
             let free_speed = gain.mul_add(-known, trial.z[TABLE]);
@@ -347,24 +364,30 @@ impl Machine {
             (gain * value).abs().max(step.table[0][TABLE] * (0.5 * corner))
         } else {
             // At the foreseen speed, and from there along the tangent.
-            let gain = step.table_end[0][TABLE];
+            let column = &step.table_end[0];
+            let gain = column[TABLE];
             let [friction, steep] = if self.forces.rub == Rub::None || state.stuck {
                 [0.0; 2]
             } else {
-                self.forces.slipping(state.direction, foreseen_speed)
+                self.forces.slipping(state.direction, foreseen.speed)
             };
-            let beside = trial.z[TABLE] - foreseen_speed;
-            let mut value = steep.mul_add(beside, friction) - known;
-            if steep != 0.0 {
-                value /= 1.0 - gain * steep;
-            }
-            let moved = gain.mul_add(value, beside);
+            let share = if steep != 0.0 { 1.0 / (1.0 - gain * steep) } else { 1.0 };
+            let value = (steep.mul_add(foreseen.faster, friction) - known) * share;
+            let moved = gain.mul_add(value, foreseen.faster);
             (trial.friction, trial.steep) = (steep.mul_add(moved, friction), steep);
-            add(&mut trial.z, &step.table_end[0], value);
+            add(&mut trial.z, column, value);
             let mut slope = last_rise - rate;
             if steep != 0.0 {
-                let pushed = self.push(&trial.z, voltage, trial.ripple[0], trial.friction + trial.force.torque);
-                slope = (steep * self.lightness * h).mul_add(pushed, slope);
+                // What pushes the table at the end; `value` comes late, and has a part in the friction, the screw and the speed.
+                let mut with = gain * (steep - self.viscous);
+                let mut driven = self.torque(&trial.z, voltage) + trial.ripple[0];
+                if self.flexible {
+                    (with, driven) = (with + column[SPRING], foreseen.spring);
+                }
+                let beside = steep.mul_add(foreseen.faster, friction) + trial.force.torque;
+                let acting = self.viscous.mul_add(-(foreseen.speed + foreseen.faster), driven + beside);
+                let bends = steep * self.lightness * h;
+                slope = bends.mul_add(with.mul_add(value, acting), slope);
             }
             add(&mut trial.z, &step.table_end[1], slope);
             // What a cubic misses (a 720th of the fourth derivative; the third shows, and the fourth is taken to be a quarter of it,
@@ -381,7 +404,7 @@ impl Machine {
     #[inline(always)]
     fn look(&self, state: &State, trial: &mut Trial, volts: [f64; 2], h: f64, ticks: usize) {
         if state.stuck {
-            let drives = self.drives(state, &trial.z, volts[1], trial.ripple[0], trial.force.torque);
+            let drives = self.drives(&trial.z, volts[1], trial.ripple[0], trial.force.torque);
             if drives.abs() > self.forces.static_nm {
                 let side = drives.signum();
                 let ends = [self.forces.static_nm - side * self.hold(volts[0]), self.forces.static_nm - side * drives];
@@ -393,13 +416,10 @@ impl Machine {
                 trial.found(crossing(ends, rates));
             }
         } else if self.turns {
-            let scale = state.direction * self.lightness * h;
             let ends = [state.direction * state.z[TABLE], state.direction * trial.z[TABLE]];
-            let rates = trial.pushes.map(|push| scale * push);
-            if ends[1] < 0.0 {
-                trial.found(crossing(ends, rates));
-            } else if ticks > 1 && dips(ends, rates) {
-                trial.found(0.5);
+            let rates = trial.pushes.map(|push| state.direction * push);
+            if ends[1] < 0.0 || ticks > 1 && bends_upwards(rates) {
+                trial.falls(ends, rates.map(|rate| rate * (self.lightness * h)));
             }
         }
         if self.gapped {
@@ -411,13 +431,10 @@ impl Machine {
                     trial.found(crossing(ends, rates));
                 }
             } else {
-                let ends = [&state.z, &trial.z].map(|z| state.side * self.spring(z));
-                let scale = state.side * self.linear.stiffness * h;
-                let rates = [&state.z, &trial.z].map(|z| scale * (z[MOTOR] - z[TABLE]));
-                if ends[1] < 0.0 {
-                    trial.found(crossing(ends, rates));
-                } else if ticks > 1 && dips(ends, rates) {
-                    trial.found(0.5);
+                let ends = [&state.z, &trial.z].map(|z| state.side * z[SPRING]);
+                let rates = [&state.z, &trial.z].map(|z| state.side * (z[MOTOR] - z[TABLE]));
+                if ends[1] < 0.0 || ticks > 1 && bends_upwards(rates) {
+                    trial.falls(ends, rates.map(|rate| rate * (self.linear.stiffness * h)));
                 }
             }
         }
@@ -430,7 +447,7 @@ impl Machine {
     fn change(&mut self, voltage: f64, late_s: f64) {
         if self.gapped {
             let side = self.met(&self.state.z);
-            let spring = self.spring(&self.state.z);
+            let spring = self.state.z[SPRING];
             if self.state.free {
                 if side != 0.0 {
                     let state = &mut self.state;
@@ -440,7 +457,7 @@ impl Machine {
                     state.z[TWIST] -= state.offset;
                     // The screw has pushed since then.
                     let first = self.linear.damping * (state.z[MOTOR] - state.z[TABLE]);
-                    self.transfer(first, self.spring(&self.state.z), late_s);
+                    self.transfer(first, self.linear.spring(&self.state.z), late_s);
                 }
             } else if self.state.side * spring < 0.0 {
                 // It has not pulled since then.
@@ -449,6 +466,7 @@ impl Machine {
                 state.free = true;
                 state.z[TWIST] += state.offset;
                 state.offset = 0.0;
+                self.derive();
             }
         }
         if matches!(self.forces.rub, Rub::Coulomb) {
@@ -490,6 +508,7 @@ impl Machine {
         z[TABLE] += impulse * lightness;
         z[PLACE] += further * lightness;
         z[TWIST] -= further * (lightness + motor_lightness);
+        self.derive();
     }
 
     /// Gives the table another speed, a little further on; the motor stays where it is, if it can.
@@ -497,7 +516,12 @@ impl Machine {
         let z = &mut self.state.z;
         z[TABLE] = speed;
         z[PLACE] += further;
-        if self.flexible { z[TWIST] -= further } else { z[MOTOR] = speed }
+        if self.flexible {
+            z[TWIST] -= further
+        } else {
+            z[MOTOR] = speed
+        }
+        self.derive();
     }
 }
 
@@ -525,16 +549,19 @@ fn crossing(ends: [f64; 2], change: [f64; 2]) -> f64 {
     x
 }
 
-/// Whether what is not negative at both ends of a step may be so inside: where it bends upwards it stays above its tangents, and they
-/// meet below zero.
+/// Whether what changes at these rates has a lowest point between.
+#[inline(always)]
+fn bends_upwards([falls, rises]: [f64; 2]) -> bool {
+    falls < 0.0 && rises > 0.0
+}
+
+/// Whether what is not negative at both ends of a step and has a lowest point between may be negative there: it stays above its
+/// tangents, and they meet below zero.
 ///
 /// - `change`: its rates at the ends, times the length of the step
 #[inline(always)]
 fn dips(ends: [f64; 2], change: [f64; 2]) -> bool {
     let ([from, to], [falls, rises]) = (ends, change);
-    if !(falls < 0.0 && rises > 0.0) {
-        return false;
-    }
     // from + falls x = to - rises (1 - x), times the positive rises - falls.
     from * (rises - falls) + falls * (from - to + rises) < 0.0
 }
