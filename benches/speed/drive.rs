@@ -1,12 +1,12 @@
 //! The drive as it is, effect by effect, beside the ideal loop on the same demands.
 
-use servosim::lane::{Kernel, vectorized};
+use servosim::lane::{Kernel, fused};
 use servosim::servo::effects::{
     Backlash, Coulomb, CurrentLoop, CuttingForce, Dac, Delay, Effects, Encoder, EncoderPlace, Friction, Harmonic,
     LuGre, Mismatch, Noise, PitchError, Table, TorqueRipple, TwoMass, VelocityEstimate,
 };
 use servosim::servo::remedies::{AccelerationFeedforward, BacklashCompensation, Filter, FrictionFeedforward, Remedies};
-use servosim::servo::{Axis, AxisLoop, AxisParameters, Demand, LoopSettings, Pdff, RealAxis};
+use servosim::servo::{Axis, AxisLoop, AxisParameters, Demand, LoopSettings, Pdff, RealAxis, step_side_by_side};
 
 use crate::{fastest, seconds};
 
@@ -31,7 +31,17 @@ pub(crate) fn bench(quick: bool) {
             let real = [0, 1].map(|i| real(&soft[i], &effects, &remedies, i as u64));
             per_step(real, &demands, passes)
         }));
-        println!("  {name:24} {time:7.1} ns/two-axis step  ({:.1} million a second)", 1e3 / time);
+        // As a run has it: each axis on a core of its own, a block ahead.
+        let beside = fastest((0..rounds).map(|_| {
+            let real = [0, 1].map(|i| real(&soft[i], &effects, &remedies, i as u64));
+            per_step_side_by_side(real, &demands, passes)
+        }));
+        let millions = |time: f64| 1e3 / time;
+        println!(
+            "  {name:24} {time:7.1} ns/two-axis step on one core ({:4.1} million a second), {beside:7.1} with an axis a core ({:4.1})",
+            millions(time),
+            millions(beside)
+        );
     }
 }
 
@@ -46,12 +56,29 @@ fn per_step<X: Axis>(mut axes: [X; 2], demands: &[[Demand; 2]], passes: usize) -
     let (time, sum) = seconds(|| {
         let mut sum = 0.0;
         for _ in 0..passes {
-            sum += vectorized(Run { axes: &mut axes, demands });
+            sum += fused(Run { axes: &mut axes, demands });
         }
         sum
     });
     std::hint::black_box(sum);
     1e9 * time / (passes * demands.len()) as f64
+}
+
+/// The same where the axes go side by side, in blocks as a run has them.
+fn per_step_side_by_side<X: Axis + Send>(mut axes: [X; 2], demands: &[[Demand; 2]], passes: usize) -> f64 {
+    let demands = [0, 1].map(|axis| demands.iter().map(|both| both[axis]).collect::<Vec<_>>());
+    let mut told = [0, 1].map(|_| Vec::with_capacity(demands[0].len()));
+    let (time, sum) = seconds(|| {
+        let mut sum = 0.0;
+        for _ in 0..passes {
+            told.iter_mut().for_each(Vec::clear);
+            step_side_by_side(&mut axes, &demands, &mut told, |_, signals| signals.actual_mm);
+            sum += told.iter().flatten().sum::<f64>();
+        }
+        sum
+    });
+    std::hint::black_box(sum);
+    1e9 * time / (passes * demands[0].len()) as f64
 }
 
 struct Run<'a, X> {

@@ -207,7 +207,7 @@ impl<I: Iterator<Item = Result<Block, NcError>>> ProgramRun<I> {
             return Ok(Some(self.resting(k, time_s)));
         };
         let setpoint = Setpoint::of(time_s, &motion, &frame);
-        let axes = self.axes.step(&setpoint, None);
+        let axes = self.axes.step(&setpoint);
         let actual_mm = nalgebra::SVector::from_fn(|axis, _| axes[axis].actual_mm);
         let reach = std::f64::consts::PI * (actual_mm - setpoint.position_mm).norm();
         while self.window.ahead_mm(&self.base, s) < reach && self.window.len() < MOST_AHEAD {
@@ -237,7 +237,7 @@ impl<I: Iterator<Item = Result<Block, NcError>>> ProgramRun<I> {
             curvature_rate_1_mm2: zero,
         };
         let setpoint = Setpoint::of(time_s, &MotionSample::default(), &frame);
-        let axes = self.axes.step(&setpoint, None);
+        let axes = self.axes.step(&setpoint);
         let actual_mm = nalgebra::SVector::from_fn(|axis, _| axes[axis].actual_mm);
         let foot = crate::path::Foot { s_mm: 0.0, point_mm: position_mm, tangent: zero };
         let error = crate::contour::ContourError::of(&actual_mm, &foot, (actual_mm - position_mm).norm());

@@ -4,7 +4,7 @@ use super::MeasureError;
 use crate::limits::AXIS_NAMES;
 use crate::path::Cursor;
 use crate::scenario::Scenario;
-use crate::servo::{Axis, AxisLoop, AxisSignals, Demand, RealAxis};
+use crate::servo::{AxisLoop, AxisSignals, Demand, RealAxis, step_alone};
 
 /// One sample; positions counted from the start \[mm\].
 #[derive(Debug, Clone, Copy)]
@@ -59,8 +59,8 @@ impl Bench {
         let seen = demand(self.k + self.ahead);
         let seen = Demand { position_mm: self.start_mm + seen.position_mm, ..seen };
         let AxisSignals { actual_mm, voltage_v, saturated, .. } = match &mut self.axis {
-            Kind::Model(axis) => Axis::step(axis, &seen),
-            Kind::Real(axis) => axis.step(&seen),
+            Kind::Model(axis) => step_alone(axis, &seen),
+            Kind::Real(axis) => step_alone(axis.as_mut(), &seen),
         };
         // A loop that has left the range of any machine will not come back.
         if !(actual_mm.abs() <= 1e12 && voltage_v.is_finite()) {

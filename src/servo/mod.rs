@@ -21,6 +21,7 @@
 //! [`controller`]s and [`remedies`]. Both are an [`Axis`].
 
 mod axis;
+mod block;
 pub mod controller;
 mod demand;
 pub mod effects;
@@ -33,6 +34,8 @@ pub mod remedies;
 
 pub(crate) use axis::coasting_s;
 pub use axis::{AxisLoop, AxisSignals};
+pub(crate) use block::step_alone;
+pub use block::step_side_by_side;
 pub use demand::{Axis, Demand};
 pub use lockup::{Lockup, LockupKind, LockupWatch};
 pub(crate) use mechanics::LinearMachine;

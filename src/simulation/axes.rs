@@ -1,11 +1,9 @@
 //! The axes of a run: as their model has them, or as they are.
 
-use std::collections::VecDeque;
-
 use nalgebra::SVector;
 
 use crate::interpolator::Setpoint;
-use crate::lane::{Kernel, vectorized};
+use crate::lane::{Kernel, fused, vectorized};
 use crate::servo::remedies::{CrossCoupling, CrossCouplingGains};
 use crate::servo::{
     Axis, AxisLoop, AxisParameters, AxisSignals, Demand, DriveSignals, LoopSettings, RealAxis, RealDrive, ServoError,
@@ -23,12 +21,32 @@ pub(crate) enum Axes<const A: usize> {
 /// Axes as they are.
 #[derive(Debug, Clone)]
 pub(crate) struct RealAxes<const A: usize> {
-    axes: [RealAxis; A],
+    pub(super) axes: [RealAxis; A],
     coupling: Option<CrossCoupling<A>>,
     /// By how much the cross-coupled controller shifts the commands at this sample.
     shifts_mm: [f64; A],
     /// By how many samples each axis wants to know its demands in advance.
-    ahead: [usize; A],
+    pub(super) ahead: [usize; A],
+}
+
+impl<const A: usize> RealAxes<A> {
+    /// Whether what one axis does at a sample has a part in what another one does at the next.
+    pub(super) fn are_coupled(&self) -> bool {
+        self.coupling.is_some()
+    }
+
+    /// What is asked of an axis where the path wants it on a setpoint.
+    #[inline(always)]
+    pub(super) fn demand(&self, axis: usize, setpoint: &Setpoint<A>) -> Demand {
+        Demand {
+            position_mm: setpoint.position_mm[axis],
+            velocity_mm_s: setpoint.velocity_mm_s[axis],
+            acceleration_mm_s2: setpoint.acceleration_mm_s2[axis],
+            jerk_mm_s3: setpoint.jerk_vector_mm_s3[axis],
+            torque_nm: 0.0,
+            shift_mm: self.shifts_mm[axis],
+        }
+    }
 }
 
 impl<const A: usize> Axes<A> {
@@ -67,20 +85,12 @@ impl<const A: usize> Axes<A> {
         }
     }
 
-    /// By how many samples the axes want to know their demands in advance.
-    pub(crate) fn look_ahead(&self) -> usize {
-        match self {
-            Self::Model(_) => 0,
-            Self::Real(real) => real.ahead.iter().copied().max().unwrap_or(0),
-        }
-    }
-
-    /// One control period; `coming` begins with `setpoint`, where the axes look ahead.
+    /// One control period. Axes that look ahead do it in vain.
     #[inline]
-    pub(crate) fn step(&mut self, setpoint: &Setpoint<A>, coming: Option<&VecDeque<Setpoint<A>>>) -> [AxisSignals; A] {
+    pub(crate) fn step(&mut self, setpoint: &Setpoint<A>) -> [AxisSignals; A] {
         match self {
             Self::Model(axes) => vectorized(StepModel { axes, setpoint }),
-            Self::Real(axes) => vectorized(StepReal { axes, setpoint, coming }),
+            Self::Real(axes) => fused(StepReal { axes, setpoint }),
         }
     }
 
@@ -129,7 +139,6 @@ impl<const A: usize> Kernel for StepModel<'_, A> {
 struct StepReal<'s, const A: usize> {
     axes: &'s mut RealAxes<A>,
     setpoint: &'s Setpoint<A>,
-    coming: Option<&'s VecDeque<Setpoint<A>>>,
 }
 
 impl<const A: usize> Kernel for StepReal<'_, A> {
@@ -137,20 +146,11 @@ impl<const A: usize> Kernel for StepReal<'_, A> {
 
     #[inline(always)]
     fn run(self) -> [AxisSignals; A] {
-        let Self { axes: RealAxes { axes, shifts_mm, ahead, .. }, setpoint, coming } = self;
+        let Self { axes, setpoint } = self;
         let mut signals = [AxisSignals::default(); A];
         for (axis, signals) in signals.iter_mut().enumerate() {
-            let seen = coming.and_then(|coming| coming.get(ahead[axis])).unwrap_or(setpoint);
-            let demand = Demand {
-                position_mm: seen.position_mm[axis],
-                velocity_mm_s: seen.velocity_mm_s[axis],
-                acceleration_mm_s2: seen.acceleration_mm_s2[axis],
-                jerk_mm_s3: seen.jerk_vector_mm_s3[axis],
-                torque_nm: 0.0,
-                shift_mm: shifts_mm[axis],
-            };
-            *signals = axes[axis].step(&demand);
-            signals.command_mm = setpoint.position_mm[axis];
+            let demand = axes.demand(axis, setpoint);
+            *signals = axes.axes[axis].step(&demand);
         }
         signals
     }

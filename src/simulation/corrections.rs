@@ -1,6 +1,5 @@
 //! Corrections of the commands, sample by sample.
 
-use std::collections::VecDeque;
 use std::sync::Arc;
 
 use nalgebra::SVector;
@@ -12,8 +11,6 @@ use crate::interpolator::Setpoint;
 pub(super) struct Corrections<const A: usize> {
     shifts_mm: Arc<[SVector<f64, A>]>,
     rate: f64,
-    /// The corrected setpoints from the present one on, where the axes look ahead.
-    coming: VecDeque<Setpoint<A>>,
 }
 
 /// The shift of sample `k`, and its first and second derivative by central differences; `rate` is `1/Δt` \[1/s\]. Before the
@@ -29,7 +26,7 @@ pub(crate) fn shift<const A: usize>(shifts_mm: &[SVector<f64, A>], k: u64, rate:
 
 impl<const A: usize> Corrections<A> {
     pub(super) fn new(shifts_mm: Arc<[SVector<f64, A>]>, period_s: f64) -> Self {
-        Self { shifts_mm, rate: 1.0 / period_s, coming: VecDeque::new() }
+        Self { shifts_mm, rate: 1.0 / period_s }
     }
 
     /// The setpoint of sample `k` as the axes are given it.
@@ -41,14 +38,5 @@ impl<const A: usize> Corrections<A> {
             acceleration_mm_s2: setpoint.acceleration_mm_s2 + acceleration,
             ..*setpoint
         }
-    }
-
-    /// The same of all setpoints from sample `k` on.
-    pub(super) fn all(&mut self, coming: &VecDeque<Setpoint<A>>, k: u64) -> &VecDeque<Setpoint<A>> {
-        let mut corrected = std::mem::take(&mut self.coming);
-        corrected.clear();
-        corrected.extend(coming.iter().zip(k..).map(|(setpoint, k)| self.of(setpoint, k)));
-        self.coming = corrected;
-        &self.coming
     }
 }

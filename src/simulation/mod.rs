@@ -4,6 +4,7 @@
 //! pulls it to its end, watches it ([`Event`]s) and hands every period to the [`Observer`]s: the recording, the summary,
 //! or one of your own.
 
+mod ahead;
 mod axes;
 mod batch;
 mod corrections;
@@ -13,7 +14,6 @@ mod drive;
 mod monitor;
 mod plan;
 
-use std::collections::VecDeque;
 use std::error::Error;
 use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
@@ -27,6 +27,7 @@ use crate::limits::{Event, Limits};
 use crate::path::Path;
 use crate::servo::remedies::CrossCouplingGains;
 use crate::servo::{AxisParameters, AxisSignals, DriveSignals, LoopSettings, RealDrive, ServoError};
+use ahead::{Ahead, Told};
 pub(crate) use axes::Axes;
 use corrections::Corrections;
 pub(crate) use corrections::shift;
@@ -198,8 +199,8 @@ pub struct Simulation<'a, const A: usize> {
     settings: LoopSettings,
     interpolator: Interpolator<'a, A>,
     axes: Axes<A>,
-    /// The setpoints from the next one on, where the axes look ahead.
-    coming: Option<VecDeque<Setpoint<A>>>,
+    /// Where the axes are more than their model: what they have done already.
+    ahead: Ahead<A>,
     corrections: Option<Corrections<A>>,
     contour: ContourMeter<'a, A>,
     next: u64,
@@ -251,7 +252,6 @@ impl<'a, const A: usize> Simulation<'a, A> {
         }
         let start = interpolator.setpoint(0).position_mm;
         let axes = Axes::new(&parameters, drives, cross_coupling, &settings, &start)?;
-        let coming = Some(axes.look_ahead()).filter(|&ahead| ahead > 0).map(|ahead| VecDeque::with_capacity(ahead + 1));
         let contour = ContourMeter::new(path);
         let motion = motion.clone();
         Ok(Self {
@@ -261,23 +261,12 @@ impl<'a, const A: usize> Simulation<'a, A> {
             settings,
             interpolator,
             axes,
-            coming,
+            ahead: Ahead::new(),
             corrections: None,
             contour,
             next: 0,
             last,
         })
-    }
-
-    /// The setpoint of sample `k`, the next one.
-    #[inline]
-    fn setpoint(&mut self, k: u64) -> Setpoint<A> {
-        let Some(coming) = &mut self.coming else { return self.interpolator.setpoint(k) };
-        coming.pop_front();
-        while coming.len() <= self.axes.look_ahead() {
-            coming.push_back(self.interpolator.setpoint(k + coming.len() as u64));
-        }
-        coming[0]
     }
 
     /// The run with `shifts_mm` added to the position commands, one a sample \[mm\]; the last one stays. The derivatives of the
@@ -297,17 +286,22 @@ impl<'a, const A: usize> Simulation<'a, A> {
         Ok(self)
     }
 
-    /// What the axes do at sample `k`.
+    /// Setpoint of sample `k`, the next one, what the axes do at it and what they tell beside.
     #[inline]
-    fn step(&mut self, setpoint: &Setpoint<A>, k: u64) -> [AxisSignals; A] {
-        let Some(corrections) = &mut self.corrections else { return self.axes.step(setpoint, self.coming.as_ref()) };
-        let corrected = corrections.of(setpoint, k);
-        let coming = self.coming.as_ref().map(|coming| corrections.all(coming, k));
-        let mut signals = self.axes.step(&corrected, coming);
-        for (signals, command_mm) in signals.iter_mut().zip(setpoint.position_mm.iter()) {
+    fn step(&mut self, k: u64) -> (Setpoint<A>, [AxisSignals; A], Option<[DriveSignals; A]>) {
+        let corrections = self.corrections.as_ref();
+        if let Axes::Real(real) = &mut self.axes {
+            let left = self.last + 1 - k;
+            let Told { setpoint, axes, drives } = self.ahead.take(real, &mut self.interpolator, corrections, k, left);
+            return (setpoint, axes, Some(drives));
+        }
+        let setpoint = self.interpolator.setpoint(k);
+        let Some(corrections) = corrections else { return (setpoint, self.axes.step(&setpoint), None) };
+        let mut axes = self.axes.step(&corrections.of(&setpoint, k));
+        for (signals, command_mm) in axes.iter_mut().zip(setpoint.position_mm.iter()) {
             signals.command_mm = *command_mm;
         }
-        signals
+        (setpoint, axes, None)
     }
 
     /// How many periods the whole run has.
@@ -352,12 +346,11 @@ impl<const A: usize> Iterator for Simulation<'_, A> {
         }
         let k = self.next;
         self.next += 1;
-        let setpoint = self.setpoint(k);
-        let axes = self.step(&setpoint, k);
+        let (setpoint, axes, drives) = self.step(k);
         let actual_mm = SVector::from_fn(|axis, _| axes[axis].actual_mm);
         let error = self.contour.measure(&actual_mm, &setpoint.position_mm, setpoint.s_mm);
         self.axes.tell_error(|| error.nearest_mm - actual_mm);
-        Some(Period::of(k, setpoint, axes, &error, self.axes.drive_signals()))
+        Some(Period::of(k, setpoint, axes, &error, drives))
     }
 
     fn size_hint(&self) -> (usize, Option<usize>) {

@@ -1,0 +1,78 @@
+//! Axes through their samples: one alone, or a block of samples with every axis on a core of its own.
+
+use super::axis::AxisSignals;
+use super::demand::{Axis, Demand};
+use crate::lane::{Kernel, fused};
+
+/// Shorter blocks are not worth another core's waking up.
+const WORTH: usize = 64;
+
+/// One axis through its demands.
+struct Steps<'b, X, T, F> {
+    axis: &'b mut X,
+    demands: &'b [Demand],
+    told: &'b mut Vec<T>,
+    tell: &'b F,
+}
+
+impl<X: Axis, T, F: Fn(&X, AxisSignals) -> T> Kernel for Steps<'_, X, T, F> {
+    type Output = ();
+
+    #[inline(always)]
+    fn run(self) {
+        for demand in self.demands {
+            let signals = self.axis.step(demand);
+            self.told.push((self.tell)(self.axis, signals));
+        }
+    }
+}
+
+/// One sample of one axis.
+struct Step<'b, X> {
+    axis: &'b mut X,
+    demand: &'b Demand,
+}
+
+impl<X: Axis> Kernel for Step<'_, X> {
+    type Output = AxisSignals;
+
+    #[inline(always)]
+    fn run(self) -> AxisSignals {
+        self.axis.step(self.demand)
+    }
+}
+
+/// [`Axis::step`], with the instructions that this machine has for it.
+pub(crate) fn step_alone(axis: &mut impl Axis, demand: &Demand) -> AxisSignals {
+    fused(Step { axis, demand })
+}
+
+/// Takes every axis through its demands, one a control period, and keeps what `tell` makes of each sample at the end of `told`.
+///
+/// The axes are independent of each other, and go side by side where there are cores; the outcome does not depend on how many there
+/// are. It allocates nothing where `told` has room.
+pub fn step_side_by_side<X, T, F, const A: usize>(
+    axes: &mut [X; A],
+    demands: &[Vec<Demand>; A],
+    told: &mut [Vec<T>; A],
+    tell: F,
+) where
+    X: Axis + Send,
+    T: Send,
+    F: Fn(&X, AxisSignals) -> T + Sync,
+{
+    let tell = &tell;
+    let work = axes.iter_mut().zip(demands).zip(told);
+    let mut work = work.map(|((axis, demands), told)| Steps { axis, demands, told, tell });
+    rayon::in_place_scope(|scope| {
+        let own = work.next();
+        for steps in work {
+            if steps.demands.len() < WORTH {
+                fused(steps);
+            } else {
+                scope.spawn(move |_| fused(steps));
+            }
+        }
+        own.into_iter().for_each(fused);
+    });
+}
