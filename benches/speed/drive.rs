@@ -1,6 +1,7 @@
 //! The drive as it is, effect by effect, beside the ideal loop on the same demands.
 
 use servosim::lane::{Kernel, fused};
+use servosim::scenario::Document;
 use servosim::servo::effects::{
     Backlash, Coulomb, CurrentLoop, CuttingForce, Dac, Delay, Effects, Encoder, EncoderPlace, Friction, Harmonic,
     LuGre, Mismatch, Noise, PitchError, Table, TorqueRipple, TwoMass, VelocityEstimate,
@@ -43,6 +44,23 @@ pub(crate) fn bench(quick: bool) {
             millions(beside)
         );
     }
+    whole_run(rounds);
+}
+
+/// A run of alpha's drives as they are: setpoints, axes, contouring error.
+fn whole_run(rounds: u32) {
+    let mut document = Document::builtin("alpha-real").expect("there is one");
+    document.set("feedrate.feed_mm_s=5").expect("a feed");
+    let scenario = document.scenario().expect("sound");
+    let mut samples = 0;
+    let time = fastest((0..rounds).map(|_| {
+        let run = scenario.simulation().expect("sound");
+        samples = run.samples();
+        let (time, largest) = seconds(|| run.map(|period| period.contour_error_um.abs()).fold(0.0, f64::max));
+        std::hint::black_box(largest);
+        1e9 * time / samples as f64
+    }));
+    println!("  alpha-real, a whole run of {samples} samples with contouring errors: {time:.1} ns a sample");
 }
 
 fn real(axis: &AxisParameters, effects: &Effects, remedies: &Remedies, seed: u64) -> RealAxis {
