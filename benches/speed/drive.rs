@@ -50,7 +50,7 @@ pub(crate) fn bench(quick: bool) {
 /// A run of alpha's drives as they are: setpoints, axes, contouring error.
 fn whole_run(rounds: u32) {
     let mut document = Document::builtin("alpha-real").expect("there is one");
-    document.set("feedrate.feed_mm_s=5").expect("a feed");
+    document.set("feedrate.feed_mm_s=12").expect("a feed");
     let scenario = document.scenario().expect("sound");
     let mut samples = 0;
     let time = fastest((0..rounds).map(|_| {

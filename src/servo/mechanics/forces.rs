@@ -121,7 +121,7 @@ impl Forces {
             return ripple;
         }
         for waves in &self.waves {
-            let (sine, cosine) = sine_cosine(fused(waves.rate, [angle; SIDE], waves.turns));
+            let (sine, cosine) = sine_cosine(times_plus(waves.rate, [angle; SIDE], waves.turns));
             let parts = [times(waves.amplitude, sine), times(waves.slope, cosine), times(waves.curvature, sine)];
             // Through memory: what is stored side by side is computed side by side.
             let parts = std::hint::black_box(parts);
@@ -279,7 +279,7 @@ fn times(a: Side, b: Side) -> Side {
 
 /// `a b + c`.
 #[inline(always)]
-fn fused(a: Side, b: Side, c: Side) -> Side {
+fn times_plus(a: Side, b: Side, c: Side) -> Side {
     let mut sum = c;
     for i in 0..SIDE {
         sum[i] = a[i].mul_add(b[i], c[i]);
@@ -310,11 +310,11 @@ fn sine_cosine(turns: Side) -> (Side, Side) {
     let y = times(x, x);
     let y2 = times(y, y);
     let y4 = times(y2, y2);
-    let pair = |c: &[f64], i: usize| fused([c[i + 1]; SIDE], y, [c[i]; SIDE]);
-    let four = |c: &[f64], i: usize| fused(pair(c, i + 2), y2, pair(c, i));
+    let pair = |c: &[f64], i: usize| times_plus([c[i + 1]; SIDE], y, [c[i]; SIDE]);
+    let four = |c: &[f64], i: usize| times_plus(pair(c, i + 2), y2, pair(c, i));
     let y8 = times(y4, y4);
-    let sine = fused([SINE[8]; SIDE], y8, fused(four(&SINE, 4), y4, four(&SINE, 0)));
-    let cosine = fused(pair(&COSINE, 8), y8, fused(four(&COSINE, 4), y4, four(&COSINE, 0)));
+    let sine = times_plus([SINE[8]; SIDE], y8, times_plus(four(&SINE, 4), y4, four(&SINE, 0)));
+    let cosine = times_plus(pair(&COSINE, 8), y8, times_plus(four(&COSINE, 4), y4, four(&COSINE, 0)));
     (times(signed(x), sine), signed(cosine))
 }
 

@@ -68,7 +68,8 @@ impl State {
     /// Angle of the motor from the start \[rad\].
     #[inline(always)]
     pub(super) fn motor_rad(&self) -> f64 {
-        self.z[ANGLE]
+        // Not that which comes with the states: it has roundings of its own, and over days they would add up.
+        self.z[PLACE] + (self.z[TWIST] + self.offset)
     }
 
     /// Speed of the motor \[rad/s\].
