@@ -64,13 +64,11 @@ fn validates_a_run_in_blocks_against_its_axes_sample_by_sample() {
 }
 
 #[test]
-fn a_run_is_the_same_on_any_number_of_cores_and_wherever_it_is_copied() {
-    let on = |cores: usize| -> Vec<Period<2>> {
-        let pool = ThreadPoolBuilder::new().num_threads(cores).build().unwrap();
-        pool.install(|| scenario().simulation().unwrap().collect())
-    };
-    let one = on(1);
-    assert!(one == on(3));
+fn a_run_is_the_same_on_one_core_and_wherever_it_is_copied() {
+    // On a thread of rayon's the axes go one after another, here side by side.
+    let pool = ThreadPoolBuilder::new().num_threads(1).build().unwrap();
+    let one: Vec<Period<2>> = pool.install(|| scenario().simulation().unwrap().collect());
+    assert!(scenario().simulation().unwrap().eq(one.iter().copied()));
     // A copy taken in the middle of a block goes on as the run does.
     let scenario = scenario();
     let mut run = scenario.simulation().unwrap();

@@ -52,8 +52,8 @@ pub(crate) fn step_alone(axis: &mut impl Axis, demand: &Demand) -> AxisSignals {
 
 /// Takes every axis through its demands, one a control period, and keeps what `tell` makes of each sample at the end of `told`.
 ///
-/// The axes are independent of each other, and go side by side where there are cores; the outcome does not depend on how many there
-/// are. It allocates nothing where `told` has room.
+/// The axes are independent of each other, and go side by side where there are cores; the outcome does not depend on it. (On a thread of
+/// rayon's they go one after another: what called from there has other work for the cores.) It allocates nothing where `told` has room.
 pub fn step_side_by_side<X, T, F, const A: usize>(
     axes: &mut [X; A],
     demands: &[Vec<Demand>; A],
@@ -67,14 +67,13 @@ pub fn step_side_by_side<X, T, F, const A: usize>(
     let tell = &tell;
     let work = axes.iter_mut().zip(demands).zip(told);
     let mut work = work.map(|((axis, demands), told)| Steps { axis, demands, told, tell });
+    if rayon::current_thread_index().is_some() || demands.iter().all(|demands| demands.len() < WORTH) {
+        return work.for_each(fused);
+    }
     rayon::in_place_scope(|scope| {
         let own = work.next();
         for steps in work {
-            if steps.demands.len() < WORTH {
-                fused(steps);
-            } else {
-                scope.spawn(move |_| fused(steps));
-            }
+            scope.spawn(move |_| fused(steps));
         }
         own.into_iter().for_each(fused);
     });
