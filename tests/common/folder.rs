@@ -1,5 +1,4 @@
 //! A folder that commands are run in.
-#![allow(dead_code, unreachable_pub)] // each test binary uses its own part
 
 use std::fs;
 use std::path::PathBuf;

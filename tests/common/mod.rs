@@ -1,6 +1,12 @@
 //! What several tests share: the reference runs and the paper's parameters.
 #![allow(dead_code, unreachable_pub)] // each test binary uses its own part
 
+pub mod drive;
+pub mod folder;
+pub mod regions;
+pub mod scenario;
+pub mod sweep;
+
 use nalgebra::Vector2;
 use serde_json::Value;
 use servosim::feedrate::{Motion, Profile};

@@ -1,5 +1,4 @@
 //! Regions in plan, in few words.
-#![allow(dead_code, unreachable_pub)] // each test binary uses its own part
 
 use nalgebra::Vector2;
 use rand::{RngExt, SeedableRng};

@@ -1,18 +1,16 @@
 //! The text of the built-in alpha, and pieces of it replaced.
 
-#![allow(dead_code)] // not every test file needs all of it
-
 use std::fmt::Write as _;
 
 use servosim::scenario::{Document, Scenario, ScenarioError};
 
 /// The text of the built-in alpha.
-pub(crate) fn alpha() -> String {
+pub fn alpha() -> String {
     Document::builtin("alpha").unwrap().text().to_owned()
 }
 
 /// The same without comments and empty lines, so that a piece of it is found where it counts.
-pub(crate) fn bare() -> String {
+pub fn bare() -> String {
     let text = alpha();
     let lines = text.lines().filter(|line| !line.starts_with('#') && !line.is_empty());
     lines.fold(String::new(), |mut out, line| {
@@ -22,13 +20,13 @@ pub(crate) fn bare() -> String {
 }
 
 /// alpha (without comments) with one piece of its text replaced.
-pub(crate) fn altered(from: &str, to: &str) -> String {
+pub fn altered(from: &str, to: &str) -> String {
     let text = bare();
     assert!(text.contains(from), "alpha.toml holds no `{from}`");
     text.replacen(from, to, 1)
 }
 
-pub(crate) fn refusal(text: &str) -> ScenarioError {
+pub fn refusal(text: &str) -> ScenarioError {
     match Scenario::from_toml(text, "it.toml") {
         Err(error) => error,
         Ok(scenario) => panic!("accepted: {scenario:?}\n{text}"),

@@ -1,5 +1,4 @@
 //! What the tests of sweeps share.
-#![allow(dead_code, unreachable_pub)] // each test binary uses its own part
 
 use std::fs;
 use std::path::Path;

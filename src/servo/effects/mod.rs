@@ -64,7 +64,7 @@ pub struct Integration {
 }
 
 impl Default for Integration {
-    /// One step, 1e-5 mm/s: twice as fine moves no position by 1 nm (`tests/drive.rs`).
+    /// One step, 1e-5 mm/s: twice as fine moves no position by 1 nm (`tests/servo/drive.rs`).
     fn default() -> Self {
         Self { substeps: 1, tolerance_mm_s: 1e-5 }
     }

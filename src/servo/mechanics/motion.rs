@@ -7,7 +7,8 @@ use crate::lane::{Kernel, fused};
 
 /// Most attempted steps in one period: a machine that chatters gets its events where the steps happen to end.
 const MOST_ATTEMPTS: u32 = 4000;
-/// What a step over a whole period may miss by, in tolerances: it comes period after period, and is seen to add up (`tests/drive.rs`).
+/// What a step over a whole period may miss by, in tolerances: it comes period after period, and is seen to add up
+/// (`tests/servo/drive.rs`).
 const MISS_OF_A_PERIOD: f64 = 0.3;
 
 /// Most passes over stiff bristles in one step, and what speed, in tolerances, asks for another one.
@@ -391,7 +392,7 @@ impl Machine {
             }
             add(&mut trial.z, &step.table_end[1], slope);
             // What a cubic misses (a 720th of the fourth derivative; the third shows, and the fourth is taken to be a quarter of it,
-            // `tests/drive_slides.rs`), and what bends of the curve and corners do.
+            // `tests/servo/drive_slides.rs`), and what bends of the curve and corners do.
             let shape = (slope - 2.0 * value).abs() * (1.0 / 480.0);
             let bend = self.forces.sharpest * (moved * moved);
             step.table[0][TABLE] * (shape + bend + 0.5 * corner)
