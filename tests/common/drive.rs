@@ -1,9 +1,11 @@
 //! What the tests of drives as they are share.
 
-use servosim::servo::controller::{Controller, Measured, Wanted};
+use std::ops::Deref;
+
+use servosim::servo::controller::{AnyController, Controller, Measured, Wanted};
 use servosim::servo::effects::{Effects, Table};
 use servosim::servo::remedies::Remedies;
-use servosim::servo::{AxisParameters, Demand, Drive, LoopSettings, Pdff, Plant, RealAxis};
+use servosim::servo::{Axis, AxisParameters, AxisSignals, Demand, Drive, LoopSettings, Pdff, Plant, RealAxis};
 
 /// The control period \[s\].
 pub const DT: f64 = 1e-3;
@@ -17,20 +19,38 @@ pub fn axis() -> AxisParameters {
     }
 }
 
+/// An axis whose step is compiled once a controller: as the crate has it, it vanishes into every place that takes one.
+pub struct Bench<C = AnyController>(pub RealAxis<C>);
+
+impl<C: Controller> Bench<C> {
+    #[inline(never)]
+    pub fn step(&mut self, demand: &Demand) -> AxisSignals {
+        self.0.step(demand)
+    }
+}
+
+impl<C> Deref for Bench<C> {
+    type Target = RealAxis<C>;
+
+    fn deref(&self) -> &RealAxis<C> {
+        &self.0
+    }
+}
+
 /// The axis at rest on 0 mm, nothing done about its effects.
-pub fn real(effects: &Effects) -> RealAxis {
+pub fn real(effects: &Effects) -> Bench {
     helped(effects, &Remedies::default(), 0.0)
 }
 
 /// The axis at rest on a place.
-pub fn helped(effects: &Effects, remedies: &Remedies, start_mm: f64) -> RealAxis {
-    RealAxis::pdff(&axis(), effects, remedies, &LoopSettings::default(), start_mm).expect("sound parameters")
+pub fn helped(effects: &Effects, remedies: &Remedies, start_mm: f64) -> Bench {
+    Bench(RealAxis::pdff(&axis(), effects, remedies, &LoopSettings::default(), start_mm).expect("sound parameters"))
 }
 
 /// Torque \[N m\] by sample, no feedback.
-pub struct Torque<F>(F, u32);
+pub struct Torque<'a>(Box<dyn FnMut(u32) -> f64 + 'a>, u32);
 
-impl<F: FnMut(u32) -> f64> Controller for Torque<F> {
+impl Controller for Torque<'_> {
     fn control(&mut self, _: &Demand, _: &Measured) -> Wanted {
         let torque_nm = (self.0)(self.1);
         self.1 += 1;
@@ -41,9 +61,10 @@ impl<F: FnMut(u32) -> f64> Controller for Torque<F> {
 }
 
 /// The axis under torques in an open loop.
-pub fn open<F: FnMut(u32) -> f64>(effects: &Effects, torque: F) -> RealAxis<Torque<F>> {
-    RealAxis::new(&axis(), Torque(torque, 0), effects, &Remedies::default(), &LoopSettings::default(), 0.0)
-        .expect("sound parameters")
+pub fn open<'a>(effects: &Effects, torque: impl FnMut(u32) -> f64 + 'a) -> Bench<Torque<'a>> {
+    let torque = Torque(Box::new(torque), 0);
+    let axis = RealAxis::new(&axis(), torque, effects, &Remedies::default(), &LoopSettings::default(), 0.0);
+    Bench(axis.expect("sound parameters"))
 }
 
 /// A function by points.

@@ -1,6 +1,6 @@
 //! The drive as it is: each effect against a closed form, an independent route, or the ideal loop.
 
-use crate::common::drive::{self, DT, axis, real};
+use crate::common::drive::{self, Bench, DT, axis, real};
 use servosim::servo::effects::{
     Backlash, Coulomb, CurrentLoop, CuttingForce, Dac, Delay, Effects, Encoder, EncoderPlace, Friction, Harmonic,
     Integration, LuGre, Mismatch, Noise, PitchError, Table, TorqueRipple, TwoMass, VelocityEstimate,
@@ -72,8 +72,8 @@ fn validates_without_effects_the_ideal_loop() {
     {
         let settings = LoopSettings { one_sample_delay, derivative, ..LoopSettings::default() };
         let mut ideal = AxisLoop::new(&axis(), &settings, 0.0);
-        let mut real =
-            RealAxis::pdff(&axis(), &Effects::default(), &Remedies::default(), &settings, 0.0).expect("sound");
+        let real = RealAxis::pdff(&axis(), &Effects::default(), &Remedies::default(), &settings, 0.0);
+        let mut real = Bench(real.expect("sound"));
         let mut saturated = 0;
         for k in 0..1000 {
             let mut demand = demand(k);

@@ -3,7 +3,7 @@
 
 use std::f64::consts::PI;
 
-use crate::common::drive::{DT, axis, open, real};
+use crate::common::drive::{Bench, DT, axis, open, real};
 use nalgebra::Complex;
 use servosim::servo::controller::{AnyController, Cascade, CascadeGains, PPi, PPiGains, Pid, PidGains};
 use servosim::servo::effects::{
@@ -11,7 +11,7 @@ use servosim::servo::effects::{
     PitchError, Table, TorqueRipple, TwoMass, VelocityEstimate,
 };
 use servosim::servo::remedies::{Biquad, ClosedLoop, CrossCoupling, CrossCouplingGains, Filter, Remedies, ZeroPhase};
-use servosim::servo::{Axis, AxisLoop, Demand, Drive, LoopSettings, Pdff, Plant, RealAxis};
+use servosim::servo::{AxisLoop, Demand, Drive, LoopSettings, Pdff, Plant, RealAxis};
 
 fn curve() -> Coulomb {
     Coulomb { coulomb_nm: 0.1, static_nm: 0.15, stribeck_mm_s: 3.0, viscous_nm_s_rad: 0.0 }
@@ -191,7 +191,8 @@ fn validates_stuck_time_and_spike_of_a_reversal() {
     // Sampled a hundred times as fast as usual, since the closed form is continuous.
     let settings = LoopSettings { period_s: 1e-5, ..LoopSettings::default() };
     let effects = Effects { friction: Some(Friction::Coulomb(curve())), ..Effects::default() };
-    let mut axis_real = RealAxis::pdff(&axis(), &effects, &Remedies::default(), &settings, 0.0).expect("sound");
+    let axis_real = RealAxis::pdff(&axis(), &effects, &Remedies::default(), &settings, 0.0);
+    let mut axis_real = Bench(axis_real.expect("sound"));
     let (a, w) = (1.0, 2.0 * PI);
     let x = |t: f64| a * (1.0 - libm::cos(w * t));
     let v = |t: f64| a * w * libm::sin(w * t);
@@ -299,15 +300,15 @@ fn validates_controllers_settle_without_error() {
     ];
     let mut worst = Vec::new();
     for controller in controllers {
-        let mut real = RealAxis::new(
+        let real = RealAxis::new(
             &axis(),
             controller,
             &Effects::default(),
             &Remedies::default(),
             &LoopSettings::default(),
             0.0,
-        )
-        .expect("sound");
+        );
+        let mut real = Bench(real.expect("sound"));
         let mut largest = 0.0_f64;
         for k in 0..3000 {
             let t = f64::min(f64::from(k) * DT, 1.0);
@@ -405,9 +406,10 @@ fn regression_wild_parameters_and_demands_end() {
             delay: Some(Delay { samples: pick(-3.0, 1.0) }),
             ..Effects::default()
         };
-        let Ok(mut real) = RealAxis::pdff(&axes, &effects, &Remedies::default(), &LoopSettings::default(), 0.0) else {
+        let Ok(real) = RealAxis::pdff(&axes, &effects, &Remedies::default(), &LoopSettings::default(), 0.0) else {
             continue;
         };
+        let mut real = Bench(real);
         for k in 0..60 {
             let position_mm = if k < 30 { 0.3 * f64::from(k) } else { -1e3 };
             let s = real.step(&Demand { position_mm, ..Demand::default() });

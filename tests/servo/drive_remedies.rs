@@ -1,12 +1,12 @@
 //! The drive as it is: what is done about its effects, where the effect is known exactly, and the effects that need no solver.
 
-use crate::common::drive::{self, DT, axis, helped, open, table};
+use crate::common::drive::{self, Bench, DT, axis, helped, open, table};
 use servosim::servo::controller::{Cascade, CascadeGains, PPiGains};
 use servosim::servo::effects::{Backlash, Coulomb, CuttingForce, Effects, Friction, Integration, Mismatch, PitchError};
 use servosim::servo::remedies::{AccelerationFeedforward, BacklashCompensation, FrictionFeedforward, Remedies};
 use servosim::servo::{Axis, AxisLoop, AxisParameters, Demand, Derivative, LoopSettings, Plant, RealAxis};
 
-fn real(effects: &Effects, remedies: &Remedies) -> RealAxis {
+fn real(effects: &Effects, remedies: &Remedies) -> Bench {
     helped(effects, remedies, 0.0)
 }
 
@@ -96,7 +96,7 @@ fn validates_friction_feedforward() {
 }
 
 /// Where a run comes to rest on `stops`, one after the other \[mm\].
-fn rests(axis: &mut RealAxis, stops: &[f64]) -> Vec<f64> {
+fn rests(axis: &mut Bench, stops: &[f64]) -> Vec<f64> {
     let mut at = 0.0_f64;
     let mut rests = Vec::new();
     for &stop in stops {
