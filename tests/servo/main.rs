@@ -8,6 +8,7 @@ mod batch;
 mod contour;
 mod contour_limit;
 mod drive;
+mod drive_blocks;
 mod drive_figures;
 mod drive_remedies;
 mod drive_slides;

@@ -372,7 +372,7 @@ impl Machine {
             } else {
                 self.forces.slipping(state.direction, foreseen.speed)
             };
-            let share = if steep != 0.0 { 1.0 / (1.0 - gain * steep) } else { 1.0 };
+            let share = if steep == 0.0 { 1.0 } else { 1.0 / (1.0 - gain * steep) };
             let value = (steep.mul_add(foreseen.faster, friction) - known) * share;
             let moved = gain.mul_add(value, foreseen.faster);
             (trial.friction, trial.steep) = (steep.mul_add(moved, friction), steep);
