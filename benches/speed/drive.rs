@@ -1,6 +1,6 @@
 //! The drive as it is, effect by effect, beside the ideal loop on the same demands.
 
-use servosim::lane::{Kernel, fused};
+use servosim::lane::{Kernel, narrow};
 use servosim::scenario::Document;
 use servosim::servo::effects::{
     Backlash, Coulomb, CurrentLoop, CuttingForce, Dac, Delay, Effects, Encoder, EncoderPlace, Friction, Harmonic,
@@ -32,7 +32,7 @@ pub(crate) fn bench(quick: bool) {
             let real = [0, 1].map(|i| real(&soft[i], &effects, &remedies, i as u64));
             per_step(real, &demands, passes)
         }));
-        // As a run has it: each axis on a core of its own, a block ahead.
+        // As a run has it: each axis on a core of its own, here in blocks of 1200.
         let beside = fastest((0..rounds).map(|_| {
             let real = [0, 1].map(|i| real(&soft[i], &effects, &remedies, i as u64));
             per_step_side_by_side(real, &demands, passes)
@@ -74,7 +74,7 @@ fn per_step<X: Axis>(mut axes: [X; 2], demands: &[[Demand; 2]], passes: usize) -
     let (time, sum) = seconds(|| {
         let mut sum = 0.0;
         for _ in 0..passes {
-            sum += fused(Run { axes: &mut axes, demands });
+            sum += narrow(Run { axes: &mut axes, demands });
         }
         sum
     });

@@ -7,6 +7,7 @@ use std::sync::{Mutex, PoisonError};
 use std::thread;
 
 use clap::Args;
+use rayon::ThreadPoolBuilder;
 use serde::Serialize;
 use servosim::limits::LimitCheck;
 use servosim::report;
@@ -192,18 +193,17 @@ fn threads(args: &TestArgs) -> usize {
 fn in_parallel<T: Sync, R: Send>(items: &[T], threads: usize, work: impl Fn(&T) -> R + Sync) -> Vec<R> {
     let next = AtomicUsize::new(0);
     let done = Mutex::new(Vec::with_capacity(items.len()));
-    thread::scope(|scope| {
-        for _ in 0..threads.min(items.len()) {
-            scope.spawn(|| {
-                while let Some((i, item)) =
-                    Some(next.fetch_add(1, Ordering::Relaxed)).and_then(|i| Some((i, items.get(i)?)))
-                {
-                    let result = work(item);
-                    done.lock().unwrap_or_else(PoisonError::into_inner).push((i, result));
-                }
-            });
+    let worker = || {
+        while let Some((i, item)) = Some(next.fetch_add(1, Ordering::Relaxed)).and_then(|i| Some((i, items.get(i)?))) {
+            let result = work(item);
+            done.lock().unwrap_or_else(PoisonError::into_inner).push((i, result));
         }
-    });
+    };
+    // On threads of rayon's, where each run stays on its own.
+    match ThreadPoolBuilder::new().num_threads(threads.min(items.len()).max(1)).build() {
+        Ok(pool) => drop(pool.broadcast(|_| worker())),
+        Err(_) => worker(),
+    }
     let mut done = done.into_inner().unwrap_or_else(PoisonError::into_inner);
     done.sort_by_key(|(i, _)| *i);
     done.into_iter().map(|(_, result)| result).collect()

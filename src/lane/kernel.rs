@@ -1,16 +1,16 @@
-//! The widest instructions that the machine has, chosen when the program runs.
+//! The instructions that the machine has, chosen when the program runs.
 
 use std::sync::OnceLock;
 
 use pulp::{Arch, NullaryFnOnce};
 
-/// Work that [`vectorized`] runs.
+/// Work that [`vectorized`] or [`narrow`] runs.
 pub trait Kernel {
     /// What it gives.
     type Output;
 
     /// Does the work. Mark it `#[inline(always)]`, and everything that it calls in its innermost loop: only what becomes
-    /// part of it is compiled for the widest instructions.
+    /// part of it is compiled for those instructions.
     fn run(self) -> Self::Output;
 }
 
@@ -37,7 +37,7 @@ pub fn vectorized<K: Kernel>(kernel: K) -> K::Output {
 /// away from the instructions around them, and what is put together in them is slow to be taken out again: a drive with every effect
 /// takes a third longer.)
 #[inline]
-pub fn fused<K: Kernel>(kernel: K) -> K::Output {
+pub fn narrow<K: Kernel>(kernel: K) -> K::Output {
     #[cfg(target_arch = "x86_64")]
     {
         use pulp::x86::V3;

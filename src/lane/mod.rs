@@ -8,7 +8,7 @@ mod wide;
 
 use std::ops::{Add, Mul, Neg, Sub};
 
-pub use kernel::{Kernel, fused, vectorized};
+pub use kernel::{Kernel, narrow, vectorized};
 pub(crate) use wide::Wide;
 
 /// A number, or several that go through the same operations side by side.

@@ -38,7 +38,7 @@ use crate::diagnostics::readable;
 use crate::limits::AXIS_NAMES;
 use crate::scenario::Scenario;
 use crate::servo::remedies::Remedies;
-use crate::servo::{Axis, AxisParameters, Demand, RealDrive, ServoError};
+use crate::servo::{AxisParameters, Demand, RealDrive, ServoError, step_alone};
 use crate::simulation::{Ending, MAX_CORRECTED_PERIODS, Period, SimulationError, shift};
 use crate::summary::Summary;
 use spectrum::Transform;
@@ -438,7 +438,7 @@ fn impulse(scenario: &Scenario, axis: usize) -> Result<Vec<f64>, LearnError> {
             acceleration_mm_s2: acceleration[0],
             ..Demand::default()
         };
-        let actual = axis_loop.step(&demand).actual_mm;
+        let actual = step_alone(&mut axis_loop, &demand).actual_mm;
         peak = peak.max(actual.abs());
         quiet = if actual.abs() <= SETTLED * peak { quiet + 1 } else { 0 };
         out.push(actual);

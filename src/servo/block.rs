@@ -1,11 +1,23 @@
 //! Axes through their samples: one alone, or a block of samples with every axis on a core of its own.
 
+use std::sync::OnceLock;
+
+use rayon::{ThreadPool, ThreadPoolBuilder};
+
 use super::axis::AxisSignals;
 use super::demand::{Axis, Demand};
-use crate::lane::{Kernel, fused};
+use crate::lane::{Kernel, narrow};
 
 /// Shorter blocks are not worth another core's waking up.
 const WORTH: usize = 64;
+
+/// Threads that have nothing but axes to do: who waits for them never waits for something else. None where there is one core, or
+/// where no threads are to be had.
+fn cores() -> Option<&'static ThreadPool> {
+    static POOL: OnceLock<Option<ThreadPool>> = OnceLock::new();
+    let pool = || ThreadPoolBuilder::new().build().ok().filter(|pool| pool.current_num_threads() > 1);
+    POOL.get_or_init(pool).as_ref()
+}
 
 /// One axis through its demands.
 struct Steps<'b, X, T, F> {
@@ -47,13 +59,14 @@ impl<X: Axis> Kernel for Step<'_, X> {
 
 /// [`Axis::step`], with the instructions that this machine has for it.
 pub(crate) fn step_alone(axis: &mut impl Axis, demand: &Demand) -> AxisSignals {
-    fused(Step { axis, demand })
+    narrow(Step { axis, demand })
 }
 
 /// Takes every axis through its demands, one a control period, and keeps what `tell` makes of each sample at the end of `told`.
 ///
 /// The axes are independent of each other, and go side by side where there are cores; the outcome does not depend on it. (On a thread of
-/// rayon's they go one after another: what called from there has other work for the cores.) It allocates nothing where `told` has room.
+/// rayon's they go one after another: what called from there has other work for the cores.) Where `told` has room nothing is allocated
+/// but what hands an axis to another core.
 pub fn step_side_by_side<X, T, F, const A: usize>(
     axes: &mut [X; A],
     demands: &[Vec<Demand>; A],
@@ -67,14 +80,13 @@ pub fn step_side_by_side<X, T, F, const A: usize>(
     let tell = &tell;
     let work = axes.iter_mut().zip(demands).zip(told);
     let mut work = work.map(|((axis, demands), told)| Steps { axis, demands, told, tell });
-    if rayon::current_thread_index().is_some() || demands.iter().all(|demands| demands.len() < WORTH) {
-        return work.for_each(fused);
-    }
-    rayon::in_place_scope(|scope| {
+    let worth = demands.iter().any(|demands| demands.len() >= WORTH) && rayon::current_thread_index().is_none();
+    let Some(cores) = worth.then(cores).flatten() else { return work.for_each(narrow) };
+    cores.in_place_scope(|scope| {
         let own = work.next();
         for steps in work {
-            scope.spawn(move |_| fused(steps));
+            scope.spawn(move |_| narrow(steps));
         }
-        own.into_iter().for_each(fused);
+        own.into_iter().for_each(narrow);
     });
 }

@@ -7,7 +7,7 @@ use super::corrections::Corrections;
 use crate::interpolator::{Interpolator, Setpoint};
 use crate::servo::{AxisSignals, Demand, DriveSignals, step_side_by_side};
 
-/// Most samples in a block: those of a short run.
+/// Most samples in a block: half a millisecond of work for a core that has to be woken for it, in memory that its cache holds.
 const BLOCK: usize = 2048;
 
 /// What the axes did and told at one sample.

@@ -3,7 +3,7 @@
 use nalgebra::SVector;
 
 use crate::interpolator::Setpoint;
-use crate::lane::{Kernel, fused, vectorized};
+use crate::lane::{Kernel, narrow, vectorized};
 use crate::servo::remedies::{CrossCoupling, CrossCouplingGains};
 use crate::servo::{
     Axis, AxisLoop, AxisParameters, AxisSignals, Demand, DriveSignals, LoopSettings, RealAxis, RealDrive, ServoError,
@@ -85,12 +85,12 @@ impl<const A: usize> Axes<A> {
         }
     }
 
-    /// One control period. Axes that look ahead do it in vain.
+    /// One control period, of a program or of the model: they have no axes that look ahead.
     #[inline]
     pub(crate) fn step(&mut self, setpoint: &Setpoint<A>) -> [AxisSignals; A] {
         match self {
             Self::Model(axes) => vectorized(StepModel { axes, setpoint }),
-            Self::Real(axes) => fused(StepReal { axes, setpoint }),
+            Self::Real(axes) => narrow(StepReal { axes, setpoint }),
         }
     }
 

@@ -1,7 +1,7 @@
 //! The simulation: setpoints through the axes, one control period after another, handed to observers.
 //!
-//! [`Simulation`] is a stream: an iterator of [`Period`]s that allocates nothing and keeps nothing. [`Simulation::run`]
-//! pulls it to its end, watches it ([`Event`]s) and hands every period to the [`Observer`]s: the recording, the summary,
+//! [`Simulation`] is a stream: an iterator of [`Period`]s that keeps nothing and, once it runs, allocates nothing; but drives as they are
+//! go a block of 2048 periods ahead of it, each axis on a core of its own. [`Simulation::run`] pulls it to its end, watches it ([`Event`]s) and hands every period to the [`Observer`]s: the recording, the summary,
 //! or one of your own.
 
 mod ahead;
@@ -273,7 +273,7 @@ impl<'a, const A: usize> Simulation<'a, A> {
     /// commands are shifted alike. Setpoints, tracking and contouring errors stay those of the path. A run without corrections is the
     /// same to the bit.
     ///
-    /// For what [`learning`](crate::learning) has learned.
+    /// For what [`learning`](crate::learning) has learned; before the run's first sample.
     ///
     /// # Errors
     /// A shift that is not a finite number.

@@ -243,6 +243,7 @@ fn validates_convergence() {
         ("no gap", Effects { backlash: None, ..smooth.clone() }),
         ("no gap, LuGre", Effects { backlash: None, friction: Some(lugre), ..smooth.clone() }),
         ("rigid", rigid.clone()),
+        ("rigid, at once", Effects { delay: None, current_loop: None, ..rigid.clone() }),
         ("rigid, LuGre", Effects { friction: Some(lugre), ..rigid.clone() }),
         ("rigid, gap", Effects { backlash: Some(Backlash { gap_um: 5.0 }), ..rigid.clone() }),
         ("ripple", Effects { ripple: Some(ripple()), ..Effects::default() }),

@@ -78,6 +78,20 @@ fn a_run_is_the_same_on_one_core_and_wherever_it_is_copied() {
 }
 
 #[test]
+fn validates_blocks_against_coupled_axes_whose_gains_are_zero() {
+    // Coupled axes go one sample at a time.
+    let mut document = Document::builtin("alpha-real").unwrap();
+    for key_value in
+        ["feedrate.feed_mm_s=12", "axes.y.remedies.zero_phase=true", "control.cross_coupling.proportional=0"]
+    {
+        document.set(key_value).unwrap();
+    }
+    let coupled = document.scenario().unwrap();
+    assert!(coupled.cross_coupling.is_some());
+    assert!(coupled.simulation().unwrap().eq(scenario().simulation().unwrap()));
+}
+
+#[test]
 fn axes_side_by_side_are_axes_one_after_another() {
     let scenario = scenario();
     for samples in [0, 1, 63, 64, 500] {

@@ -127,7 +127,6 @@ pub(in crate::servo) struct Sensor {
     counts_per_mm: f64,
     velocity: VelocityEstimate,
     rate: f64,
-    to_rad_s: f64,
     period_s: f64,
     low_pass: f64,
     alpha: f64,
@@ -164,7 +163,6 @@ impl Sensor {
             counts_per_mm: if count_mm > 0.0 { 1.0 / count_mm } else { 0.0 },
             velocity: encoder.velocity,
             rate: 1.0 / period_s,
-            to_rad_s: 1.0 / (period_s * transmission_mm_rad),
             period_s,
             low_pass,
             alpha,
@@ -199,11 +197,7 @@ impl Sensor {
         let measured = self.rounded(noisy);
         let velocity_mm_s = match self.velocity {
             VelocityEstimate::Tachometer => return (measured, motor_rad_s),
-            VelocityEstimate::Difference => {
-                let velocity = (measured - self.last_mm) * self.to_rad_s;
-                self.last_mm = measured;
-                return (measured, velocity);
-            }
+            VelocityEstimate::Difference => (measured - self.last_mm) * self.rate,
             VelocityEstimate::LowPass { .. } => {
                 let raw = (measured - self.last_mm) * self.rate;
                 self.estimate_mm_s += self.low_pass * (raw - self.estimate_mm_s);

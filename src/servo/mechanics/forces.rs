@@ -330,5 +330,15 @@ mod tests {
             assert!((sine - libm::sin(2.0 * PI * turns)).abs() < 2e-13, "{turns}");
             assert!((cosine - libm::cos(2.0 * PI * turns)).abs() < 2e-13, "{turns}");
         }
+        // Far away, where only eighths and then quarters of a turn are left: as without the whole turns.
+        for far in [MOST_TURNS / 8.0, -MOST_TURNS / 8.0, MOST_TURNS / 2.0, 1.0 - MOST_TURNS] {
+            for eighths in 0..8 {
+                let turns = far + 0.125 * f64::from(eighths);
+                let ([sine, ..], [cosine, ..]) = sine_cosine([turns; SIDE]);
+                let turns = turns - turns.floor();
+                assert!((sine - libm::sin(2.0 * PI * turns)).abs() < 2e-13, "{far} {eighths}");
+                assert!((cosine - libm::cos(2.0 * PI * turns)).abs() < 2e-13, "{far} {eighths}");
+            }
+        }
     }
 }

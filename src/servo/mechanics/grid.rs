@@ -22,7 +22,7 @@ const AT_TABLE: usize = AT_MOTOR + 6;
 /// State, voltage and both.
 const AUGMENTED: usize = AT_TABLE + 4;
 
-/// Lanes of a column: the states, padded to whole vector registers.
+/// Lanes of a column: the states and what follows from them, padded to whole vector registers.
 pub(super) const LANES: usize = 8;
 /// A column or a state.
 pub(super) type Column = [f64; LANES];

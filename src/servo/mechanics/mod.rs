@@ -247,7 +247,7 @@ impl Machine {
         if self.lags { z[TORQUE] } else { self.linear.torque_per_volt * voltage }
     }
 
-    /// Makes what follows from the states follow from them again.
+    /// Makes what follows from the states follow from them again: after every change of the states, the offset or `free` that is no step.
     fn derive(&mut self) {
         let State { z, offset, free, .. } = &mut self.state;
         z[ANGLE] = z[PLACE] + (z[TWIST] + *offset);

@@ -3,7 +3,7 @@
 use super::forces::{Bristle, Force, Rub};
 use super::grid::{ANGLE, Column, MOTOR, PLACE, SPRING, Step, TABLE, TICKS, TORQUE, TWIST, add};
 use super::{Machine, State};
-use crate::lane::{Kernel, fused};
+use crate::lane::{Kernel, narrow};
 
 /// Most attempted steps in one period: a machine that chatters gets its events where the steps happen to end.
 const MOST_ATTEMPTS: u32 = 4000;
@@ -96,7 +96,7 @@ impl Kernel for Apart<'_> {
 #[cold]
 #[inline(never)]
 fn take_apart(machine: &mut Machine, volts: [f64; 2], time_s: f64, event_s: f64) {
-    fused(Apart { machine, volts, time_s, event_s });
+    narrow(Apart { machine, volts, time_s, event_s });
 }
 
 impl Machine {
@@ -126,6 +126,8 @@ impl Machine {
         }
         let step = &self.wholes[self.mode()];
         let mut near = self.near;
+        // The earlier voltage has gone where the period begins with a new one.
+        let volts = if self.switches { volts } else { [volts[1]; 2] };
         let trial = self.attempt(step, volts, time_s + self.period_s, TICKS, &mut near);
         if trial.event {
             return Err(trial.when * self.period_s);
@@ -298,7 +300,7 @@ impl Machine {
             let ends = [value - (waves[0] + (waves[1] + 0.5 * along)), slope - (waves[1] + along), curvature - along];
             // What the quintic misses of a wave, what the acceleration and the foreseen angle do.
             let square = last * last;
-            let further = (step.motor_end[0][PLACE] + step.motor_end[0][TWIST]) * ends[0];
+            let further = step.motor_end[0][ANGLE] * ends[0];
             let astray = further.abs() + gained.abs() * (1.0 / 1200.0);
             let missed = self.forces.sixth.mul_add(square * square * square, self.forces.steep * astray);
             trial.miss = step.motor[0][MOTOR] * missed * self.per_tolerance;
