@@ -33,12 +33,14 @@
 //! | [`scenario`] | the files as written (scenarios, parts) to checked values, with diagnostics |
 //! | [`toolpath`] | from a surface to tool paths: cutters and where they rest, step-over, rings, B-splines with few control points, links |
 //! | [`machining`] | where tool paths, programs and the loop meet: programs through the machine, the part that is left, its deviation |
-//! | `cli` | the program (in the binary): one file a subcommand |
+//! | `cli` | the command line (feature `cli`): one file a subcommand |
 //!
 //! `path`, `feedrate` and `servo` are the ground floor and do not know each other; [`simulation`] is where they meet, and
 //! everything after it observes it. Lengths are mm, times s, angles rad, voltages V, torques N m; a public name says its unit.
 
 pub mod analysis;
+#[cfg(feature = "cli")]
+pub mod cli;
 pub mod comparison;
 pub mod contour;
 mod diagnostics;

@@ -1,7 +1,5 @@
-//! The program: `servosim help` tells what it does, the library how.
-
-mod cli;
+//! The program: `servosim help` says what it does, the library how.
 
 fn main() -> std::process::ExitCode {
-    cli::main()
+    servosim::cli::main()
 }

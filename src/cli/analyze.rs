@@ -2,13 +2,13 @@
 
 use std::fmt::Write as _;
 
+use crate::analysis::{DriveLoop, Linearized, LoopFigures, Pole};
+use crate::limits::AXIS_NAMES;
+use crate::report;
+use crate::scenario::{Document, Scenario};
+use crate::servo::Derivative;
 use clap::Args;
 use serde::Serialize;
-use servosim::analysis::{DriveLoop, Linearized, LoopFigures, Pole};
-use servosim::limits::AXIS_NAMES;
-use servosim::report;
-use servosim::scenario::{Document, Scenario};
-use servosim::servo::Derivative;
 
 use super::output::{OutputArgs, figure, make_folder, note, printable, short};
 use super::{CliError, Outcome, plot};

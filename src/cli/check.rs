@@ -2,9 +2,9 @@
 
 use std::fmt::Write as _;
 
+use crate::limits::is_kept;
+use crate::scenario::{Document, Part, Scenario, ScenarioError};
 use clap::Args;
-use servosim::limits::is_kept;
-use servosim::scenario::{Document, Part, Scenario, ScenarioError};
 
 use super::output::{figure, margin, print, printable, short};
 use super::{CliError, Outcome, tell};

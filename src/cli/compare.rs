@@ -4,14 +4,14 @@ use std::fmt::Write as _;
 use std::path::PathBuf;
 use std::sync::atomic::AtomicBool;
 
+use crate::comparison::{Cell, Column, Comparison};
+use crate::limits::AXIS_NAMES;
+use crate::recording::{Facts, Recorder};
+use crate::report;
+use crate::scenario::{Document, Scenario};
+use crate::servo::ControllerKind;
+use crate::simulation::{Observer, SimulationError};
 use clap::{Args, ValueEnum};
-use servosim::comparison::{Cell, Column, Comparison};
-use servosim::limits::AXIS_NAMES;
-use servosim::recording::{Facts, Recorder};
-use servosim::report;
-use servosim::scenario::{Document, Scenario};
-use servosim::servo::ControllerKind;
-use servosim::simulation::{Observer, SimulationError};
 
 use super::output::{OutputArgs, figure, make_folder, note, printable};
 use super::run::stop_flag;

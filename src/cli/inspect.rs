@@ -9,7 +9,7 @@ use std::path::{Path, PathBuf};
 use clap::{Args, ValueEnum};
 use serde_json::{Value, json};
 
-use servosim::recording::{LogLevel, ReadError, Recording, csv};
+use crate::recording::{LogLevel, ReadError, Recording, csv};
 
 use super::output::figure;
 use super::{CliError, Outcome};
@@ -222,13 +222,13 @@ mod tests {
     use nalgebra::Vector2;
 
     use super::*;
-    use servosim::feedrate::{Motion, Profile};
-    use servosim::limits::Limits;
-    use servosim::path::Line;
-    use servosim::recording::{Facts, Recorder};
-    use servosim::servo::{AxisParameters, Drive, LoopSettings, Pdff, Plant};
-    use servosim::simulation::Simulation;
-    use servosim::summary::SummaryObserver;
+    use crate::feedrate::{Motion, Profile};
+    use crate::limits::Limits;
+    use crate::path::Line;
+    use crate::recording::{Facts, Recorder};
+    use crate::servo::{AxisParameters, Drive, LoopSettings, Pdff, Plant};
+    use crate::simulation::Simulation;
+    use crate::summary::SummaryObserver;
 
     /// A recording of a short line, and its bytes.
     fn recording(folder: &Path) -> (PathBuf, Vec<u8>) {

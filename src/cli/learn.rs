@@ -3,11 +3,11 @@
 use std::fmt::Write as _;
 use std::path::Path;
 
+use crate::learning::{LearnRequest, Learned, learn_until};
+use crate::report;
+use crate::scenario::{Document, Scenario};
+use crate::simulation::write_corrections;
 use clap::Args;
-use servosim::learning::{LearnRequest, Learned, learn_until};
-use servosim::report;
-use servosim::scenario::{Document, Scenario};
-use servosim::simulation::write_corrections;
 
 use super::output::{OutputArgs, figure, make_folder, note, printable};
 use super::run::stop_flag;

@@ -2,13 +2,13 @@
 
 use std::fmt::Write as _;
 
-use clap::{Args, Subcommand};
-use servosim::measure::{
+use crate::measure::{
     AxisResponse, AxisSteps, CircleRequest, CircleTest, Direction, Response, ResponseRequest, Spike, StepRequest,
     Steps, circle, response, step,
 };
-use servosim::report;
-use servosim::scenario::{Document, Scenario};
+use crate::report;
+use crate::scenario::{Document, Scenario};
+use clap::{Args, Subcommand};
 
 use super::output::{OutputArgs, figure, make_folder, note, printable, short};
 use super::run::end_when_interrupted;

@@ -2,8 +2,8 @@
 
 use std::path::PathBuf;
 
+use crate::sweep::merge;
 use clap::Args;
-use servosim::sweep::merge;
 
 use super::output::make_folder;
 use super::sweep::FinishArgs;

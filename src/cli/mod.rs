@@ -30,17 +30,17 @@ use std::io::{self, IsTerminal, Write};
 use std::path::PathBuf;
 use std::process::ExitCode;
 
+use crate::learning::LearnError;
+use crate::machining::{InspectionError, ProgramError};
+use crate::measure::MeasureError;
+use crate::nc::{NcError, WriteError};
+use crate::recording::{ReadError, RecordingError};
+use crate::report::ReportError;
+use crate::scenario::ScenarioError;
+use crate::simulation::SimulationError;
+use crate::sweep::SweepError;
+use crate::toolpath::plan::PlanError;
 use clap::{Parser, Subcommand};
-use servosim::learning::LearnError;
-use servosim::machining::{InspectionError, ProgramError};
-use servosim::measure::MeasureError;
-use servosim::nc::{NcError, WriteError};
-use servosim::recording::{ReadError, RecordingError};
-use servosim::report::ReportError;
-use servosim::scenario::ScenarioError;
-use servosim::simulation::SimulationError;
-use servosim::sweep::SweepError;
-use servosim::toolpath::plan::PlanError;
 
 /// Closed-loop servo simulation for CNC feed drives: from a tool path to the contouring error in micrometres.
 #[derive(Debug, Parser)]
@@ -331,8 +331,8 @@ pub(crate) enum Outcome {
     Broken,
 }
 
-/// Parses the command line and does what it says.
-pub(crate) fn main() -> ExitCode {
+/// Parses the command line of the process, does what it says, and returns the exit code.
+pub fn main() -> ExitCode {
     let cli = match Cli::try_parse() {
         Ok(cli) => cli,
         Err(error) => {

@@ -4,8 +4,8 @@ use std::fs::{self, OpenOptions};
 use std::io::{self, Write};
 use std::path::{Path, PathBuf};
 
+use crate::scenario::Document;
 use clap::Args;
-use servosim::scenario::Document;
 
 use super::output::{print, printable};
 use super::{CliError, Outcome};

@@ -4,10 +4,10 @@ use std::fs;
 use std::io::{self, Write};
 use std::path::{Path, PathBuf};
 
+use crate::limits::is_kept;
+use crate::report;
 use clap::{Args, ValueEnum};
 use serde::Serialize;
-use servosim::limits::is_kept;
-use servosim::report;
 
 use super::CliError;
 

@@ -1,7 +1,7 @@
 //! The figures of a part as a table for people.
 
-use servosim::machining::PartFigures;
-use servosim::scenario::ToolPathSummary;
+use crate::machining::PartFigures;
+use crate::scenario::ToolPathSummary;
 
 use super::output::{figure, percent, printable, short};
 use super::table::{Row, limit_lines, section};

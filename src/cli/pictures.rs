@@ -2,10 +2,10 @@
 
 use std::path::PathBuf;
 
-use servosim::machining::{DeviationMap, Inspection, PartFigures};
-use servosim::report::{DeviationPanel, DeviationPicture, MoveKind, PathMove, PathPicture, ReportError};
-use servosim::scenario::{Part, ToolPathSummary};
-use servosim::toolpath::plan::{Move, Stretch, ToolPath};
+use crate::machining::{DeviationMap, Inspection, PartFigures};
+use crate::report::{DeviationPanel, DeviationPicture, MoveKind, PathMove, PathPicture, ReportError};
+use crate::scenario::{Part, ToolPathSummary};
+use crate::toolpath::plan::{Move, Stretch, ToolPath};
 
 use super::output::{figure, short};
 

@@ -4,11 +4,11 @@ use std::io;
 use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicBool, Ordering};
 
+use crate::feedrate::{Motion, Profile, optimize_n_c};
+use crate::recording::{Recording, Sample, Third};
+use crate::report::{self, AxisLoads, PlotSample, RunData, RunFacts};
+use crate::scenario::{Document, FeedProfile, Scenario};
 use clap::{Args, ValueEnum};
-use servosim::feedrate::{Motion, Profile, optimize_n_c};
-use servosim::recording::{Recording, Sample, Third};
-use servosim::report::{self, AxisLoads, PlotSample, RunData, RunFacts};
-use servosim::scenario::{Document, FeedProfile, Scenario};
 
 use super::output::{make_folder, note};
 use super::{CliError, Outcome};
@@ -215,10 +215,10 @@ mod tests {
     fn reading_for_plots_can_be_stopped() {
         let folder = tempfile::tempdir().unwrap();
         let file = folder.path().join("a.mcap");
-        let scenario = servosim::scenario::Scenario::builtin("alpha").unwrap();
+        let scenario = crate::scenario::Scenario::builtin("alpha").unwrap();
         let mut summary = scenario.summary_observer();
-        let facts = servosim::recording::Facts::new("a", &scenario.source);
-        let mut recorder = servosim::recording::Recorder::create(&file, facts).unwrap();
+        let facts = crate::recording::Facts::new("a", &scenario.source);
+        let mut recorder = crate::recording::Recorder::create(&file, facts).unwrap();
         scenario.run(&mut [&mut summary, &mut recorder]).unwrap();
         recorder.finish(&summary.summary()).unwrap();
         assert!(load(&file, Some(&AtomicBool::new(false))).is_ok());

@@ -4,17 +4,15 @@ use std::fs::File;
 use std::io::{self, BufReader};
 use std::path::{Path, PathBuf};
 
+use crate::analysis::DriveLoop;
+use crate::limits::{AXIS_NAMES, LimitCheck};
+use crate::machining::{DeviationMap, Inspection, MachinedPart, PartFigures, ProgramError, ProgramFacts, ProgramRun};
+use crate::nc::{Reader, Reading};
+use crate::recording::{Facts, Recorder};
+use crate::scenario::{Document, Part};
+use crate::simulation::{Ending, Observer};
+use crate::summary::{Summary, SummaryObserver};
 use serde::Serialize;
-use servosim::analysis::DriveLoop;
-use servosim::limits::{AXIS_NAMES, LimitCheck};
-use servosim::machining::{
-    DeviationMap, Inspection, MachinedPart, PartFigures, ProgramError, ProgramFacts, ProgramRun,
-};
-use servosim::nc::{Reader, Reading};
-use servosim::recording::{Facts, Recorder};
-use servosim::scenario::{Document, Part};
-use servosim::simulation::{Ending, Observer};
-use servosim::summary::{Summary, SummaryObserver};
 
 use super::output::{figure, make_folder, note, printable};
 use super::part_table;
@@ -140,7 +138,7 @@ pub(crate) fn run(args: &RunArgs) -> Result<Outcome, CliError> {
     args.out.print.show(&summary, || table(&summary))?;
     if let Some(format) = args.out.plots.format() {
         let data = plot::load(&written[0], Some(&stop))?;
-        written.extend(servosim::report::write_all(&[data], &args.out.folder, &name, format)?);
+        written.extend(crate::report::write_all(&[data], &args.out.folder, &name, format)?);
         if let (Some((nominal, as_cut)), Some(pair)) = (&maps, &summary.part) {
             let maps = [("nominal", nominal, &pair.nominal), ("as cut", as_cut, &pair.as_cut)];
             written.extend(pictures::of_maps(&part, &maps, |picture| picture.write(&args.out.folder, &name, format))?);

@@ -3,9 +3,9 @@
 use std::sync::OnceLock;
 use std::time::{Duration, Instant};
 
+use crate::optimize::Value;
+use crate::simulation::{Observer, ObserverError, Period, RunPlan};
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
-use servosim::optimize::Value;
-use servosim::simulation::{Observer, ObserverError, Period, RunPlan};
 
 use super::output::figure;
 

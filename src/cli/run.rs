@@ -5,13 +5,13 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, OnceLock};
 use std::time::{Duration, Instant};
 
+use crate::comparison::{Column, Comparison};
+use crate::limits::AXIS_NAMES;
+use crate::recording::{Facts, Recorder};
+use crate::report;
+use crate::scenario::{Document, Scenario};
+use crate::simulation::{Ending, Observer};
 use clap::Args;
-use servosim::comparison::{Column, Comparison};
-use servosim::limits::AXIS_NAMES;
-use servosim::recording::{Facts, Recorder};
-use servosim::report;
-use servosim::scenario::{Document, Scenario};
-use servosim::simulation::{Ending, Observer};
 
 use super::output::{OutputArgs, make_folder, note, short};
 use super::progress::Progress;

@@ -1,7 +1,7 @@
 //! `servosim schema`: the JSON schema of scenario and part files.
 
+use crate::scenario::{json_schema, part_json_schema};
 use clap::Args;
-use servosim::scenario::{json_schema, part_json_schema};
 
 use super::{CliError, Outcome, output};
 

@@ -2,9 +2,9 @@
 
 use std::fmt::Write as _;
 
+use crate::report::{StepoverPicture, StepoverRow};
 use clap::Args;
 use serde::Serialize;
-use servosim::report::{StepoverPicture, StepoverRow};
 
 use super::output::{OutputArgs, figure, make_folder, percent, short};
 use super::{CliError, Outcome, plot};

@@ -5,13 +5,13 @@ use std::path::Path;
 use std::sync::atomic::AtomicBool;
 use std::time::Instant;
 
-use clap::{Args, ValueEnum};
-use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
-use servosim::scenario::Document;
-use servosim::sweep::{
+use crate::scenario::Document;
+use crate::sweep::{
     Exported, Figure, Journal, Method, Outcome, PERCENTILES, Plan, Session, Shard, Start, Sweep, SweepError, Value,
     export,
 };
+use clap::{Args, ValueEnum};
+use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 
 use super::output::{OutputArgs, figure, make_folder, note, percent, printable, short};
 use super::{CliError, Outcome as Found, is_watched, plot, run};

@@ -2,8 +2,8 @@
 
 use std::fmt::Write as _;
 
-use servosim::limits::LimitCheck;
-use servosim::summary::{AxisSummary, OverrideSummary, Summary};
+use crate::limits::LimitCheck;
+use crate::summary::{AxisSummary, OverrideSummary, Summary};
 
 use super::output::{figure, margin, percent, printable, short};
 

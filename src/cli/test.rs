@@ -6,12 +6,12 @@ use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 use std::sync::{Mutex, PoisonError};
 use std::thread;
 
+use crate::limits::LimitCheck;
+use crate::report;
+use crate::scenario::Document;
 use clap::Args;
 use rayon::ThreadPoolBuilder;
 use serde::Serialize;
-use servosim::limits::LimitCheck;
-use servosim::report;
-use servosim::scenario::Document;
 
 use super::output::{PrintArgs, figure, make_folder, margin, note, printable, short};
 use super::run::stop_flag;

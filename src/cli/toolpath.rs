@@ -2,11 +2,11 @@
 
 use std::path::{Path, PathBuf};
 
+use crate::machining::{Inspection, PartFigures, ProgramFacts};
+use crate::nc::{Reader, Reading};
+use crate::report::write_file;
+use crate::scenario::{Document, Part, PlannedProgram, ToolPathSummary};
 use clap::Args;
-use servosim::machining::{Inspection, PartFigures, ProgramFacts};
-use servosim::nc::{Reader, Reading};
-use servosim::report::write_file;
-use servosim::scenario::{Document, Part, PlannedProgram, ToolPathSummary};
 
 use super::output::{OutputArgs, make_folder, note};
 use super::progress::Stages;

@@ -3,13 +3,13 @@
 use std::path::PathBuf;
 use std::sync::atomic::Ordering;
 
-use clap::{Args, ValueEnum};
-use servosim::report::{self, Convergence};
-use servosim::scenario::{Document, Scenario};
-use servosim::tuning::{
+use crate::report::{self, Convergence};
+use crate::scenario::{Document, Scenario};
+use crate::tuning::{
     Constraints, Findings, Gain, Method, Objective, Problem, Tuned, Tuning, TuningError, Uncertainty, Variable,
     findings,
 };
+use clap::{Args, ValueEnum};
 
 use super::output::{OutputArgs, figure, make_folder};
 use super::progress::SearchProgress;

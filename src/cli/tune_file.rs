@@ -4,8 +4,8 @@ use std::fs;
 use std::io::{self, Read};
 use std::path::{Path, PathBuf};
 
-use servosim::scenario::Document;
-use servosim::tuning::Findings;
+use crate::scenario::Document;
+use crate::tuning::Findings;
 
 use super::CliError;
 use super::output::{figure, printable};
@@ -81,7 +81,7 @@ impl Place {
 fn head(document: &Document, findings: &Findings) -> String {
     let line = |text: &str| printable(text).replace('\n', " ");
     let origin = Path::new(document.origin()).file_name().map(|name| name.to_string_lossy().into_owned());
-    let error = |side: &servosim::tuning::Side| side.figures.map_or(f64::NAN, |figures| figures.max_contour_error_um);
+    let error = |side: &crate::tuning::Side| side.figures.map_or(f64::NAN, |figures| figures.max_contour_error_um);
     let ms: Vec<String> =
         findings.after.axes.iter().map(|axis| format!("{} {}", axis.axis, figure(axis.peak_sensitivity, 5))).collect();
     format!(

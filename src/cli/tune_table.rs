@@ -2,7 +2,7 @@
 
 use std::fmt::Write as _;
 
-use servosim::tuning::{AxisMargins, Check, Figures, Findings, Side};
+use crate::tuning::{AxisMargins, Check, Figures, Findings, Side};
 
 use super::output::{figure, percent, printable};
 
@@ -121,7 +121,7 @@ fn margins(findings: &Findings) -> Vec<Row> {
 }
 
 fn gains(findings: &Findings) -> Vec<Row> {
-    let row = |gain: &servosim::tuning::GainFindings| Row {
+    let row = |gain: &crate::tuning::GainFindings| Row {
         label: gain.name.clone(),
         before: figure(gain.before, 6),
         after: figure(gain.after, 6),
