@@ -1,24 +1,24 @@
 //! Prints the motion of a real drive under a given torque, for `tests/drive_scipy.py` to compare with its own: motor and table \[mm\]
 //! once a millisecond, under Coulomb and Stribeck friction, then under bristles.
 
-use servosim::servo::controller::{Controller, Measured, Wanted};
+use servosim::servo::compensation::Compensation;
+use servosim::servo::controller::{ControlOutput, Controller, Feedback};
 use servosim::servo::effects::{
     Coulomb, CurrentLoop, Effects, Friction, Harmonic, Integration, LuGre, TorqueRipple, TwoMass,
 };
-use servosim::servo::remedies::Remedies;
-use servosim::servo::{Axis, AxisParameters, Demand, Drive, LoopSettings, Pdff, Plant, RealAxis};
+use servosim::servo::{Axis, AxisParameters, AxisReference, DetailedAxis, Drive, LoopSettings, Pdff, Plant};
 
 /// `T = 0.5 sin(2π 3 t)`, held over each sample.
 struct Swing(u32);
 
 impl Controller for Swing {
-    fn control(&mut self, _: &Demand, _: &Measured) -> Wanted {
+    fn control(&mut self, _: &AxisReference, _: &Feedback) -> ControlOutput {
         let torque_nm = 0.5 * (std::f64::consts::TAU * 3.0 * f64::from(self.0) * 1e-3).sin();
         self.0 += 1;
-        Wanted { velocity_command_rad_s: 0.0, torque_nm }
+        ControlOutput { velocity_command_rad_s: 0.0, torque_nm }
     }
 
-    fn settle(&mut self, _: f64) {}
+    fn anti_windup(&mut self, _: f64) {}
 }
 
 fn main() -> Result<(), Box<dyn std::error::Error>> {
@@ -40,10 +40,10 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
             integration: Integration { substeps: 8, tolerance_mm_s: 1e-6 },
             ..Effects::default()
         };
-        let (remedies, settings) = (Remedies::default(), LoopSettings::default());
-        let mut axis = RealAxis::new(&axis, Swing(0), &effects, &remedies, &settings, 0.0)?;
+        let (compensation, settings) = (Compensation::default(), LoopSettings::default());
+        let mut axis = DetailedAxis::new(&axis, Swing(0), &effects, &compensation, &settings, 0.0)?;
         for _ in 0..700 {
-            let table_mm = axis.step(&Demand::default()).actual_mm;
+            let table_mm = axis.step(&AxisReference::default()).actual_mm;
             println!("{name} {:.15e} {table_mm:.15e}", axis.drive_signals().motor_mm);
         }
     }

@@ -1,6 +1,6 @@
 //! One scenario in many variants: its effects one by one and together, under several controllers or sets of gains.
 //!
-//! Rows are what the drives do, columns how they are controlled; a cell is a whole run. Rows: the model alone, each effect alone, all
+//! Rows are what the drives do, columns how they are controlled; a cell is a whole run. Rows: the ideal model, each effect alone, all
 //! effects, and all with what the scenario does about them. A scenario without effects has one row.
 
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -10,9 +10,9 @@ use rayon::prelude::*;
 use serde::Serialize;
 
 use crate::scenario::Scenario;
+use crate::servo::compensation::Compensation;
 use crate::servo::effects::{EffectKind, Effects};
-use crate::servo::remedies::Remedies;
-use crate::servo::{ControllerGains, ControllerKind, Pdff, RealDrive};
+use crate::servo::{ControllerGains, ControllerKind, DriveModel, Pdff};
 use crate::simulation::{Observer, ObserverError, Period, Simulation, SimulationError};
 use crate::summary::Summary;
 
@@ -95,10 +95,10 @@ impl Row {
     /// What stands beside it.
     pub fn name(self) -> &'static str {
         match self {
-            Self::Model => "model alone",
+            Self::Model => "ideal model",
             Self::Effect(kind) => kind.name(),
             Self::AllEffects => "all effects",
-            Self::Whole => "with remedies",
+            Self::Whole => "with compensation",
         }
     }
 
@@ -117,7 +117,7 @@ impl Row {
                 Self::Effect(kind) => drive.effects.only(kind),
                 Self::AllEffects | Self::Whole => drive.effects.clone(),
             };
-            *drive = RealDrive { controller: drive.controller, effects, ..RealDrive::default() };
+            *drive = DriveModel { controller: drive.controller, effects, ..DriveModel::default() };
         }
         out
     }
@@ -125,7 +125,7 @@ impl Row {
 
 /// Whether something is done about the effects.
 fn helped(scenario: &Scenario) -> bool {
-    let helped = |drive: &RealDrive| drive.remedies != Remedies::default() || drive.zero_phase;
+    let helped = |drive: &DriveModel| drive.compensation != Compensation::default() || drive.zero_phase;
     scenario.cross_coupling.is_some() || scenario.corrections_mm.is_some() || scenario.drives.iter().any(helped)
 }
 
@@ -134,7 +134,7 @@ fn helped(scenario: &Scenario) -> bool {
 pub struct Cell {
     /// Largest contouring error.
     pub max_contour_error_um: f64,
-    /// Largest difference of the contouring error, as a vector, from that of the model alone under the same controller, sample by sample; null
+    /// Largest difference of the contouring error, as a vector, from that of the ideal model under the same controller, sample by sample; null
     /// where that one diverges.
     pub from_model_um: Option<f64>,
     /// Root mean square of the contouring error.

@@ -17,11 +17,11 @@
 //! | [`optimize`] | pattern search, Nelder-Mead, CMA-ES: a function in, the best point and the history out |
 //! | [`feedrate`] | profiles, motion `s(t)` along a length |
 //! | [`interpolator`] | path and motion to a stream of setpoints |
-//! | [`servo`] | plant, PDFF controller, the axis loop, lock-up; the drive as it is: effects, controllers, remedies |
+//! | [`servo`] | plant, PDFF controller, the axis loop, lock-up; the detailed drive model: effects, controllers, compensation |
 //! | [`analysis`] | the sampled loop in closed form: margins, sensitivity, poles, bandwidth, step response |
 //! | [`contour`] | contouring error against a path |
 //! | [`simulation`] | pulls setpoints through the axes and hands each period to observers |
-//! | [`limits`], [`summary`] | what a run is held to, and its figures |
+//! | [`limits`], [`summary`] | what a run is held to, and its metrics |
 //! | [`recording`] | MCAP out and in, CSV |
 //! | [`report`] | plots |
 //! | [`nc`] | NC programs as a stream of blocks: read in every dialect, written in one |

@@ -240,14 +240,14 @@ impl fmt::Display for Event {
                 lockup.kind
             ),
             Self::OverrideChanged { change, .. } => {
-                let &OverrideChange { share, asked_s, transition_s, reached, after_the_end, .. } = change;
+                let &OverrideChange { ratio, asked_s, transition_s, reached, after_the_end, .. } = change;
                 let what =
-                    if share > 0.0 { format!("feed override: {} %", 100.0 * share) } else { "feed hold".to_owned() };
+                    if ratio > 0.0 { format!("feed override: {} %", 100.0 * ratio) } else { "feed hold".to_owned() };
                 if after_the_end {
                     return write!(f, "{what}, after the end of the motion: no effect");
                 }
-                write!(f, "{what}{} within {transition_s:.4} s", if share > 0.0 { "" } else { ": at rest" })?;
-                if reached != share {
+                write!(f, "{what}{} within {transition_s:.4} s", if ratio > 0.0 { "" } else { ": at rest" })?;
+                if reached != ratio {
                     write!(f, ", cut off at {:.1} %", 100.0 * reached)?;
                 } else if asked_s > 0.0 && transition_s > 1.001 * asked_s {
                     write!(f, " ({asked_s} s was asked for: the limits need longer)")?;

@@ -1,4 +1,4 @@
-//! The figures of a run: what the table on standard output, `--format json` and the recording's attachment hold.
+//! The metrics of a run: what the table on standard output, `--format json` and the recording's attachment hold.
 
 use serde::{Deserialize, Serialize};
 
@@ -7,7 +7,7 @@ use crate::limits::{AXIS_NAMES, Event, LimitCheck, Limits, Peaks, finite_or_null
 use crate::optimize::Step;
 use crate::simulation::{Observer, ObserverError, Period, RunPlan};
 
-/// Figures of a run. Keys carry their units; full double precision.
+/// Metrics of a run. Keys carry their units; full double precision.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Summary {
     /// Name of the scenario.
@@ -58,7 +58,7 @@ pub struct Summary {
     pub locked_up: bool,
     /// In words: which axis, when, how. Null when none did.
     pub lockup: Option<String>,
-    /// The same figures axis by axis.
+    /// The same metrics axis by axis.
     pub axes: Vec<AxisSummary>,
     /// Limits of the scenario, held against the run.
     pub limits: Vec<LimitCheck>,
@@ -88,7 +88,7 @@ pub struct OverrideSummary {
     pub after_the_end: bool,
 }
 
-/// Figures of one axis.
+/// Metrics of one axis.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct AxisSummary {
     /// Name.
@@ -133,7 +133,7 @@ impl SquareSum {
 }
 
 #[derive(Debug, Clone, Copy, Default)]
-struct AxisFigures {
+struct AxisMetrics {
     max_tracking_mm: f64,
     tracking: SquareSum,
     peak_voltage: f64,
@@ -164,7 +164,7 @@ pub struct SummaryObserver<const A: usize> {
     max_tracking_um: f64,
     tracking: SquareSum,
     saturated: u64,
-    axes: [AxisFigures; A],
+    axes: [AxisMetrics; A],
     /// Commanded velocity, acceleration and jerk of X and Y, where there are limits for them.
     peak_axes: [[f64; 3]; 2],
     lockup: Option<String>,
@@ -194,7 +194,7 @@ impl<const A: usize> SummaryObserver<A> {
             max_tracking_um: 0.0,
             tracking: SquareSum::default(),
             saturated: 0,
-            axes: [AxisFigures::default(); A],
+            axes: [AxisMetrics::default(); A],
             peak_axes: [[0.0; 3]; 2],
             lockup: None,
         }
@@ -214,7 +214,7 @@ impl<const A: usize> SummaryObserver<A> {
         self
     }
 
-    /// The figures so far.
+    /// The metrics so far.
     pub fn summary(&self) -> Summary {
         let count = self.samples as f64;
         let share = |n: u64| if self.samples == 0 { 0.0 } else { n as f64 / count };
@@ -288,16 +288,16 @@ impl<const A: usize> Observer<A> for SummaryObserver<A> {
         self.feed_mm_s = totals.feed_mm_s;
         self.peak_accel_mm_s2 = totals.peaks.accel_mm_s2;
         self.peak_jerk_mm_s3 = totals.peaks.jerk_mm_s3;
-        let figures = |change: &OverrideChange| OverrideSummary {
+        let metrics = |change: &OverrideChange| OverrideSummary {
             at_s: change.at_s,
-            percent: 100.0 * change.share,
+            percent: 100.0 * change.ratio,
             transition_s: change.transition_s,
             asked_transition_s: (change.asked_s > 0.0).then_some(change.asked_s),
-            reached_percent: (!change.after_the_end && change.reached != change.share)
+            reached_percent: (!change.after_the_end && change.reached != change.ratio)
                 .then_some(100.0 * change.reached),
             after_the_end: change.after_the_end,
         };
-        self.overrides = plan.overrides.iter().map(figures).collect();
+        self.overrides = plan.overrides.iter().map(metrics).collect();
         self.period_s = plan.settings.period_s;
         Ok(())
     }
@@ -312,13 +312,13 @@ impl<const A: usize> Observer<A> for SummaryObserver<A> {
         self.max_tracking_um = self.max_tracking_um.max(period.tracking_error_um);
         self.tracking.add(period.tracking_error_um);
         let mut any = false;
-        for (figures, signals) in self.axes.iter_mut().zip(&period.axes) {
+        for (metrics, signals) in self.axes.iter_mut().zip(&period.axes) {
             let error = signals.command_mm - signals.actual_mm;
-            figures.max_tracking_mm = figures.max_tracking_mm.max(error.abs());
-            figures.tracking.add(error);
-            figures.peak_voltage = figures.peak_voltage.max(signals.voltage_v.abs());
-            figures.voltage.add(signals.voltage_v);
-            figures.saturated += u64::from(signals.saturated);
+            metrics.max_tracking_mm = metrics.max_tracking_mm.max(error.abs());
+            metrics.tracking.add(error);
+            metrics.peak_voltage = metrics.peak_voltage.max(signals.voltage_v.abs());
+            metrics.voltage.add(signals.voltage_v);
+            metrics.saturated += u64::from(signals.saturated);
             any |= signals.saturated;
         }
         self.saturated += u64::from(any);

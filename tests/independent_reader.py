@@ -140,17 +140,17 @@ def check_file(check, name):
                 samples += 1
             elif channel.topic == "/drives":
                 # Before the sample that it belongs to.
-                errors["what drives tell is out of order"] += message.sequence != samples or told != samples
-                errors["what drives tell is late"] += abs(decoded.time_s * 1e9 - message.log_time) > 0.5 + 1e-9 * last
+                errors["drive signals out of order"] += message.sequence != samples or told != samples
+                errors["drive signals late"] += abs(decoded.time_s * 1e9 - message.log_time) > 0.5 + 1e-9 * last
                 if told == 0:
                     check_fields(check, name, decoded.DESCRIPTOR, DRIVES_FIELDS)
                 told += 1
             elif channel.topic == "/scene":
                 entities.extend((message.log_time, entity) for entity in decoded.entities)
-        for what in ("log_time goes back", "publish_time differs", "sequence is not k", "log_time is not k Δt", "time_s is not k Δt", "what drives tell is out of order", "what drives tell is late"):
+        for what in ("log_time goes back", "publish_time differs", "sequence is not k", "log_time is not k Δt", "time_s is not k Δt", "drive signals out of order", "drive signals late"):
             check(f"{name}: {what}", errors[what] == 0, f"{errors[what]} times")
         check(f"{name}: samples", samples == figures["samples"], f"{samples}, the summary says {figures['samples']}")
-        check(f"{name}: samples with what drives tell", told == (samples if drives else 0), told)
+        check(f"{name}: samples with drive signals", told == (samples if drives else 0), told)
         check(f"{name}: largest error", largest_um == figures["max_contour_error_um"], largest_um)
         stated = {summary.channels[i].topic: n for i, n in summary.statistics.channel_message_counts.items()}
         check(f"{name}: statistics", stated == dict(counts), (stated, dict(counts)))

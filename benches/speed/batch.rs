@@ -4,7 +4,7 @@ use servosim::feedrate::{Motion, Profile};
 use servosim::interpolator::Interpolator;
 use servosim::path::Path;
 use servosim::servo::{AxisParameters, LoopSettings};
-use servosim::simulation::Course;
+use servosim::simulation::ReferenceTrajectory;
 
 use crate::{c, fastest, seconds};
 
@@ -13,10 +13,10 @@ pub(crate) fn bench(quick: bool) {
     let motion = Motion::plan(path.length_mm(), 100.0, Profile::Exponential { phase_s: 0.1, n_c: 8.12 })
         .expect("a motion along alpha");
     let settings = LoopSettings { settling_s: 0.0, ..LoopSettings::default() };
-    let course = Course::new(&path, &motion, settings).expect("a course");
+    let trajectory = ReferenceTrajectory::new(&path, &motion, settings).expect("a trajectory");
     let (rounds, runs) = if quick { (1, 64) } else { (60, 512) };
     let gains = spread(&axes, runs, 0.1);
-    let steps = gains.len() as f64 * course.samples() as f64;
+    let steps = gains.len() as f64 * trajectory.samples() as f64;
     let one_core = rayon::ThreadPoolBuilder::new().num_threads(1).build().expect("a thread");
 
     let mut setpoints: Vec<[f64; 4]> = Vec::new();
@@ -36,8 +36,8 @@ pub(crate) fn bench(quick: bool) {
     let (mut bare, mut whole, mut theirs) = (Vec::new(), Vec::new(), Vec::new());
     for _ in 0..rounds {
         one_core.install(|| {
-            bare.push(1e9 * seconds(|| std::hint::black_box(course.run_loop(&gains).expect("runs"))).0 / steps);
-            whole.push(1e9 * seconds(|| std::hint::black_box(course.run(&gains).expect("runs"))).0 / steps);
+            bare.push(1e9 * seconds(|| std::hint::black_box(trajectory.run_loop(&gains).expect("runs"))).0 / steps);
+            whole.push(1e9 * seconds(|| std::hint::black_box(trajectory.run(&gains).expect("runs"))).0 / steps);
         });
         theirs.extend(programs.iter().map(|(program, passes)| c::run(program, *passes, &input).0));
     }
@@ -45,7 +45,7 @@ pub(crate) fn bench(quick: bool) {
     println!(
         "batch, loop alone          {bare:7.3} ns/step  ({:.0} million steps/s a core, {} at once)",
         1e3 / bare,
-        Course::<2>::lanes()
+        ReferenceTrajectory::<2>::lanes()
     );
     println!("batch, contouring error    {whole:7.3} ns/step  ({:.0} million steps/s a core)", 1e3 / whole);
     if theirs.is_empty() {
@@ -60,10 +60,10 @@ pub(crate) fn bench(quick: bool) {
     }
 
     let million = if quick { 1000 } else { 1_000_000 };
-    let course = Course::new(&path, &motion, LoopSettings::default()).expect("a course");
+    let trajectory = ReferenceTrajectory::new(&path, &motion, LoopSettings::default()).expect("a trajectory");
     let gains = spread(&axes, million, 0.3);
-    let (time, figures) = seconds(|| course.run(&gains).expect("runs"));
-    let best = figures.iter().map(|f| f.max_contour_error_um).fold(f64::INFINITY, f64::min);
+    let (time, metrics) = seconds(|| trajectory.run(&gains).expect("runs"));
+    let best = metrics.iter().map(|f| f.max_contour_error_um).fold(f64::INFINITY, f64::min);
     println!(
         "{million} gain sets on alpha  {time:7.2} s        (promised: a million in 5 s on two idle cores; {} here, best {best:.2} µm)",
         rayon::current_num_threads()

@@ -1,13 +1,17 @@
-//! The drive as it is, effect by effect, beside the ideal loop on the same demands.
+//! The detailed drive model, effect by effect, beside the ideal loop on the same references.
 
 use servosim::lane::{Kernel, narrow};
 use servosim::scenario::Document;
+use servosim::servo::compensation::{
+    AccelerationFeedforward, BacklashCompensation, Compensation, Filter, FrictionFeedforward,
+};
 use servosim::servo::effects::{
     Backlash, Coulomb, CurrentLoop, CuttingForce, Dac, Delay, Effects, Encoder, EncoderPlace, Friction, Harmonic,
-    LuGre, Mismatch, Noise, PitchError, Table, TorqueRipple, TwoMass, VelocityEstimate,
+    LookupTable, LuGre, Mismatch, Noise, PitchError, TorqueRipple, TwoMass, VelocityEstimate,
 };
-use servosim::servo::remedies::{AccelerationFeedforward, BacklashCompensation, Filter, FrictionFeedforward, Remedies};
-use servosim::servo::{Axis, AxisLoop, AxisParameters, Demand, LoopSettings, Pdff, RealAxis, step_side_by_side};
+use servosim::servo::{
+    Axis, AxisLoop, AxisParameters, AxisReference, DetailedAxis, LoopSettings, Pdff, step_side_by_side,
+};
 
 use crate::{fastest, seconds};
 
@@ -18,24 +22,25 @@ pub(crate) fn bench(quick: bool) {
         pdff: Pdff { kpp_rad_s_mm: 40.0, kpv_nm_s_rad: 0.4, kiv_1_s: 40.0, kpf_rad_mm: 0.6, kvf: 0.85 },
         ..axis
     });
-    let demands: Vec<[Demand; 2]> = (0..1200).map(|k| [demand(k, 0.0), demand(k, std::f64::consts::PI)]).collect();
+    let references: Vec<[AxisReference; 2]> =
+        (0..1200).map(|k| [reference(k, 0.0), reference(k, std::f64::consts::PI)]).collect();
     let settings = LoopSettings::default();
     let (passes, rounds) = if quick { (2, 1) } else { (400, 9) };
 
     let ideal = fastest((0..rounds).map(|_| {
         let loops = axes.map(|axis| AxisLoop::new(&axis, &settings, 0.0));
-        per_step(loops, &demands, passes)
+        per_step(loops, &references, passes)
     }));
     println!("drive: ideal loop          {ideal:7.1} ns/two-axis step");
-    for (name, effects, remedies) in rows() {
+    for (name, effects, compensation) in rows() {
         let time = fastest((0..rounds).map(|_| {
-            let real = [0, 1].map(|i| real(&soft[i], &effects, &remedies, i as u64));
-            per_step(real, &demands, passes)
+            let real = [0, 1].map(|i| real(&soft[i], &effects, &compensation, i as u64));
+            per_step(real, &references, passes)
         }));
         // As a run has it: each axis on a core of its own, here in blocks of 1200.
         let beside = fastest((0..rounds).map(|_| {
-            let real = [0, 1].map(|i| real(&soft[i], &effects, &remedies, i as u64));
-            per_step_side_by_side(real, &demands, passes)
+            let real = [0, 1].map(|i| real(&soft[i], &effects, &compensation, i as u64));
+            per_step_side_by_side(real, &references, passes)
         }));
         let millions = |time: f64| 1e3 / time;
         println!(
@@ -47,7 +52,7 @@ pub(crate) fn bench(quick: bool) {
     whole_run(rounds);
 }
 
-/// A run of alpha's drives as they are: setpoints, axes, contouring error.
+/// A run of alpha's detailed drives: setpoints, axes, contouring error.
 fn whole_run(rounds: u32) {
     let mut document = Document::builtin("alpha-real").expect("there is one");
     document.set("feedrate.feed_mm_s=12").expect("a feed");
@@ -63,45 +68,45 @@ fn whole_run(rounds: u32) {
     println!("  alpha-real, a whole run of {samples} samples with contouring errors: {time:.1} ns a sample");
 }
 
-fn real(axis: &AxisParameters, effects: &Effects, remedies: &Remedies, seed: u64) -> RealAxis {
+fn real(axis: &AxisParameters, effects: &Effects, compensation: &Compensation, seed: u64) -> DetailedAxis {
     let noise = effects.noise.map(|noise| Noise { seed, ..noise });
     let effects = Effects { noise, ..effects.clone() };
-    RealAxis::pdff(axis, &effects, remedies, &LoopSettings::default(), 0.0).expect("sound parameters")
+    DetailedAxis::pdff(axis, &effects, compensation, &LoopSettings::default(), 0.0).expect("sound parameters")
 }
 
 /// Nanoseconds a step of both axes.
-fn per_step<X: Axis>(mut axes: [X; 2], demands: &[[Demand; 2]], passes: usize) -> f64 {
+fn per_step<X: Axis>(mut axes: [X; 2], references: &[[AxisReference; 2]], passes: usize) -> f64 {
     let (time, sum) = seconds(|| {
         let mut sum = 0.0;
         for _ in 0..passes {
-            sum += narrow(Run { axes: &mut axes, demands });
+            sum += narrow(Run { axes: &mut axes, references });
         }
         sum
     });
     std::hint::black_box(sum);
-    1e9 * time / (passes * demands.len()) as f64
+    1e9 * time / (passes * references.len()) as f64
 }
 
 /// The same where the axes go side by side, in blocks as a run has them.
-fn per_step_side_by_side<X: Axis + Send>(mut axes: [X; 2], demands: &[[Demand; 2]], passes: usize) -> f64 {
-    let demands = [0, 1].map(|axis| demands.iter().map(|both| both[axis]).collect::<Vec<_>>());
-    let mut told = [0, 1].map(|_| Vec::with_capacity(demands[0].len()));
+fn per_step_side_by_side<X: Axis + Send>(mut axes: [X; 2], references: &[[AxisReference; 2]], passes: usize) -> f64 {
+    let references = [0, 1].map(|axis| references.iter().map(|both| both[axis]).collect::<Vec<_>>());
+    let mut told = [0, 1].map(|_| Vec::with_capacity(references[0].len()));
     let (time, sum) = seconds(|| {
         let mut sum = 0.0;
         for _ in 0..passes {
             told.iter_mut().for_each(Vec::clear);
-            step_side_by_side(&mut axes, &demands, &mut told, |_, signals| signals.actual_mm);
+            step_side_by_side(&mut axes, &references, &mut told, |_, signals| signals.actual_mm);
             sum += told.iter().flatten().sum::<f64>();
         }
         sum
     });
     std::hint::black_box(sum);
-    1e9 * time / (passes * demands[0].len()) as f64
+    1e9 * time / (passes * references[0].len()) as f64
 }
 
 struct Run<'a, X> {
     axes: &'a mut [X; 2],
-    demands: &'a [[Demand; 2]],
+    references: &'a [[AxisReference; 2]],
 }
 
 impl<X: Axis> Kernel for Run<'_, X> {
@@ -111,7 +116,7 @@ impl<X: Axis> Kernel for Run<'_, X> {
     fn run(self) -> f64 {
         let mut sum = 0.0;
         let [x, y] = self.axes;
-        for [first, second] in self.demands {
+        for [first, second] in self.references {
             sum += x.step(first).actual_mm + y.step(second).actual_mm;
         }
         sum
@@ -119,26 +124,26 @@ impl<X: Axis> Kernel for Run<'_, X> {
 }
 
 /// Two cycles along 16 mm in 1.2 s: four reversals, from rest (a jump of the feed would lock a loop up), 84 mm/s at most.
-fn demand(k: usize, phase: f64) -> Demand {
+fn reference(k: usize, phase: f64) -> AxisReference {
     let (t, w, a) = (k as f64 * 1e-3, 2.0 * std::f64::consts::PI / 0.6, 8.0);
     let (sine, cosine) = (libm::sin(w * t + phase), libm::cos(w * t + phase));
-    Demand {
+    AxisReference {
         position_mm: a * (libm::cos(phase) - cosine),
         velocity_mm_s: a * w * sine,
         acceleration_mm_s2: a * w * w * cosine,
         jerk_mm_s3: -a * w * w * w * sine,
         torque_nm: 0.0,
-        shift_mm: 0.0,
+        command_offset_mm: 0.0,
     }
 }
 
 /// What is measured: effects one by one, then together.
-fn rows() -> Vec<(&'static str, Effects, Remedies)> {
+fn rows() -> Vec<(&'static str, Effects, Compensation)> {
     let curve = Coulomb { coulomb_nm: 0.1, static_nm: 0.15, stribeck_mm_s: 3.0, viscous_nm_s_rad: 0.001 };
     let harmonic = |per_revolution, amplitude_nm| Harmonic { per_revolution, amplitude_nm, phase_rad: 0.3 };
-    let table = |points: &[(f64, f64)], period| Table::new(points.iter().copied(), period).expect("a table");
+    let table = |points: &[(f64, f64)], period| LookupTable::new(points.iter().copied(), period).expect("a table");
     let off = Effects::default();
-    let none = Remedies::default();
+    let none = Compensation::default();
     let every = Effects {
         mismatch: Some(Mismatch { gain_factor: 1.1, time_constant_factor: 0.9 }),
         encoder: Some(Encoder {
@@ -159,7 +164,7 @@ fn rows() -> Vec<(&'static str, Effects, Remedies)> {
         ..off.clone()
     };
     let lugre = Friction::LuGre(LuGre { curve, stiffness_nm_rad: 30.0, damping_nm_s_rad: 0.2 });
-    let remedies = Remedies {
+    let compensation = Compensation {
         filters: vec![
             Filter::Notch { frequency_hz: 150.0, depth: 0.1, damping: 0.5 },
             Filter::LowPass { frequency_hz: 450.0, damping: 0.7 },
@@ -187,6 +192,6 @@ fn rows() -> Vec<(&'static str, Effects, Remedies)> {
         ("pitch", only(|e| Effects { pitch: e.pitch.clone(), ..Effects::default() }), none.clone()),
         ("every effect", every.clone(), none.clone()),
         ("every effect, LuGre", Effects { friction: Some(lugre), ..every.clone() }, none),
-        ("with remedies", every, remedies),
+        ("with compensation", every, compensation),
     ]
 }

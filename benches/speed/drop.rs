@@ -5,7 +5,7 @@ use std::io::Write;
 
 use nalgebra::{Vector2, Vector3};
 use servosim::path::NurbsSurface;
-use servosim::toolpath::drop::{MeshSurface, NurbsDesign, rests};
+use servosim::toolpath::drop_cutter::{MeshSurface, NurbsDesign, rests};
 use servosim::toolpath::mesh::Mesh;
 use servosim::toolpath::{Cutter, DesignSurface};
 

@@ -1,7 +1,7 @@
 //! `cargo bench`: every speed that the project promises, as a ratio against something run beside it in the same minute.
 //!
 //! - the two-axis loop on a given setpoint array, against the same loop in plain C (`cc -O3 -march=native`, where there is one)
-//! - the drive as it is, effect by effect, beside the ideal loop
+//! - the detailed drive model, effect by effect, beside the ideal loop
 //! - batches of runs, against structures of arrays in C; a million gain sets
 //! - the whole step with interpolation and exact contouring error
 //! - recording, against the bare MCAP writer

@@ -31,7 +31,7 @@ pub(crate) fn bench(quick: bool) {
     }
 }
 
-/// Points about 10 mm apart on a course whose direction swings without repeating itself.
+/// Points about 10 mm apart on a trajectory whose direction swings without repeating itself.
 fn wandering(count: u32) -> Vec<Vector2<f64>> {
     let mut point = Vector2::zeros();
     (0..count)

@@ -1,7 +1,7 @@
 //! NC programs: steps a second beside the plain simulation of a path, and the first pass over ten million blocks.
 
 use servosim::feedrate::{Motion, Profile};
-use servosim::machining::{Machine, ProgramFacts, ProgramRun};
+use servosim::machining::{Machine, ProgramRun, ProgramStatistics};
 use servosim::nc::{Action, Arc, Block, NcError, Plane};
 use servosim::path::{Helix, Line, Path};
 use servosim::servo::LoopSettings;
@@ -101,12 +101,12 @@ pub(crate) fn bench(quick: bool) {
     let count = if quick { 10_000 } else { 10_000_000 };
     // A period long enough for the run to be one.
     let long = Machine { settings: LoopSettings { period_s: 1e-3, ..machine.settings }, ..machine };
-    let (time, facts) = seconds(|| ProgramFacts::of(wave(count), &long).expect("facts"));
+    let (time, statistics) = seconds(|| ProgramStatistics::of(wave(count), &long).expect("statistics"));
     println!(
         "program: first pass over {} blocks: {time:.2} s ({:.2} million blocks/s), motion of {:.0} s{}",
-        facts.blocks.linear,
+        statistics.blocks.linear,
         count as f64 / time / 1e6,
-        facts.time_s,
+        statistics.time_s,
         peak_memory()
     );
 }

@@ -9,7 +9,7 @@ use mcap::{MessageStream, WriteOptions, records::MessageHeader};
 use servosim::feedrate::{Motion, Profile};
 use servosim::limits::Limits;
 use servosim::path::Path;
-use servosim::recording::{Facts, Recorder};
+use servosim::recording::{Recorder, RecordingMetadata};
 use servosim::scenario::Scenario;
 use servosim::servo::LoopSettings;
 use servosim::simulation::{Observer, Period, RunPlan, Simulation};
@@ -38,15 +38,15 @@ fn of(name: &str, real: bool, quick: bool) {
     let samples = simulation.samples();
     let periods: Vec<Period<2>> = simulation.collect();
     let plan = RunPlan::new(&path, &motion, &settings, &axes, &limits, samples);
-    let mut figures = SummaryObserver::<2>::new("bench");
-    figures.begin(&plan).expect("a summary begins");
+    let mut metrics = SummaryObserver::<2>::new("bench");
+    metrics.begin(&plan).expect("a summary begins");
     for period in &periods {
-        figures.period(period).expect("a summary goes on");
+        metrics.period(period).expect("a summary goes on");
     }
-    let summary = figures.summary();
+    let summary = metrics.summary();
 
     let record = |room: Vec<u8>| {
-        let mut recorder = Recorder::new(room, Facts::new("bench", "")).expect("a recorder");
+        let mut recorder = Recorder::new(room, RecordingMetadata::new("bench", "")).expect("a recorder");
         recorder.begin(&plan).expect("a recording begins");
         for period in &periods {
             recorder.period(period).expect("a recording goes on");

@@ -2,7 +2,7 @@
 
 use nalgebra::Vector3;
 use servosim::machining::{DeviationMap, HeightField};
-use servosim::toolpath::{Cutter, DesignSurface, Rest, SurfaceTop};
+use servosim::toolpath::{ContactLocation, Cutter, DesignSurface, SurfaceTop};
 
 use crate::{fastest, seconds};
 
@@ -18,8 +18,8 @@ impl DesignSurface for Ground {
         Some(SurfaceTop { z_mm: 0.0, normal: Vector3::z() })
     }
 
-    fn rest(&self, _: &Cutter, x_mm: f64, y_mm: f64) -> Option<Rest> {
-        Some(Rest { tip_z_mm: 0.0, contact_mm: Vector3::new(x_mm, y_mm, 0.0), normal: Vector3::z() })
+    fn rest(&self, _: &Cutter, x_mm: f64, y_mm: f64) -> Option<ContactLocation> {
+        Some(ContactLocation { tip_z_mm: 0.0, contact_mm: Vector3::new(x_mm, y_mm, 0.0), normal: Vector3::z() })
     }
 }
 
@@ -61,6 +61,6 @@ pub(crate) fn bench(quick: bool) {
     let mut field = HeightField::new([0.0; 2], [80.0; 2], 0.1).expect("a field");
     field.cut_along(&cutters[0].1, &path(pieces, 0.3)).expect("a path");
     let (time, map) = seconds(|| DeviationMap::of(&mut field, &Ground, None));
-    let (figures, _) = seconds(|| map.figures(-10.0..=250.0));
-    println!("removal, map of {} cells  {:.3} s, figures {figures:.3} s", map.values_um().len(), time);
+    let (metrics, _) = seconds(|| map.metrics(-10.0..=250.0));
+    println!("removal, map of {} cells  {:.3} s, metrics {metrics:.3} s", map.values_um().len(), time);
 }

@@ -1,4 +1,4 @@
-//! The loop of one axis, model or drive as it is.
+//! The loop of one axis, model or detailed drive.
 
 use nalgebra::Complex;
 
@@ -7,16 +7,16 @@ use super::linear_drive::LinearDrive;
 use super::linearized::Linearized;
 use super::margins::{Margins, margins, stable_between, stable_gain_factors};
 use super::response::{
-    ErrorConstants, Feedforward, StepResponse, UNSTABLE_SAMPLES, bandwidth, error_constants, figures,
+    ErrorConstants, Feedforward, StepResponse, UNSTABLE_SAMPLES, bandwidth, error_constants, metrics,
     samples_to_settle, step_response,
 };
 use super::sampled_loop::SampledLoop;
-use crate::servo::{AxisParameters, LoopSettings, RealDrive, ServoError};
+use crate::servo::{AxisParameters, DriveModel, LoopSettings, ServoError};
 
 /// The linear loop of one axis: that of its model in closed form ([`SampledLoop`]), or, where the drive is more than its model, that of the
-/// drive as it is, with every effect, controller and remedy that is linear. [`DriveLoop::linearized`] tells which those are.
+/// detailed drive, with every effect, controller and compensation that is linear. [`DriveLoop::linearized`] tells which those are.
 ///
-/// Of a drive as it is, frequency responses are exact at every frequency (the machine's matrix exponential, the sampled control law), poles
+/// Of a detailed drive, frequency responses are exact at every frequency (the machine's matrix exponential, the sampled control law), poles
 /// are eigenvalues of the closed loop, and margins, peak sensitivity and bandwidth are found on a grid of 250 frequencies a decade, finer
 /// around every pole, zero and filter, and refined to rounding.
 ///
@@ -50,7 +50,7 @@ impl DriveLoop {
     ///
     /// # Errors
     /// A parameter out of its range.
-    pub fn new(axis: &AxisParameters, drive: &RealDrive, settings: &LoopSettings) -> Result<Self, ServoError> {
+    pub fn new(axis: &AxisParameters, drive: &DriveModel, settings: &LoopSettings) -> Result<Self, ServoError> {
         let kind = if drive.is_model() {
             axis.check()?;
             settings.check()?;
@@ -74,7 +74,7 @@ impl DriveLoop {
             axis: *axis,
             settings: *settings,
             delay_samples: f64::from(u8::from(settings.one_sample_delay)),
-            linearized: Linearized::of(&RealDrive::default()),
+            linearized: Linearized::of(&DriveModel::default()),
             kind: Kind::Model(SampledLoop::new(axis, settings)),
         }
     }
@@ -211,8 +211,8 @@ impl DriveLoop {
                 let settle = || samples_to_settle(drive.pole_radius(1.0)).max(4 * drive.order());
                 let actual = drive.step(if stable { settle() } else { UNSTABLE_SAMPLES });
                 let period_s = self.settings.period_s;
-                let figures = if stable { figures(&actual, period_s) } else { None };
-                StepResponse { period_s, actual, figures }
+                let metrics = if stable { metrics(&actual, period_s) } else { None };
+                StepResponse { period_s, actual, metrics }
             }
         }
     }
@@ -237,15 +237,15 @@ mod tests {
     use rand_xoshiro::Xoshiro256PlusPlus;
 
     use super::*;
+    use crate::servo::compensation::{AccelerationFeedforward, Filter};
     use crate::servo::controller::{CascadeGains, PPiGains};
     use crate::servo::effects::{
         Coulomb, CurrentLoop, Delay, Encoder, EncoderPlace, Friction, Mismatch, TwoMass, VelocityEstimate,
     };
-    use crate::servo::remedies::{AccelerationFeedforward, Filter};
     use crate::servo::{ControllerGains, ControllerKind, Derivative, Drive, Pdff, Plant};
 
     /// A drive with any of the linear effects.
-    fn random(rng: &mut Xoshiro256PlusPlus) -> (AxisParameters, RealDrive, LoopSettings) {
+    fn random(rng: &mut Xoshiro256PlusPlus) -> (AxisParameters, DriveModel, LoopSettings) {
         let plant = Plant { gain_rad_s_v: rng.random_range(40.0..90.0), time_constant_s: rng.random_range(0.1..0.25) };
         let pdff = Pdff {
             kpp_rad_s_mm: rng.random_range(10.0..110.0),
@@ -268,8 +268,8 @@ mod tests {
             2 => ControllerGains::like(ControllerKind::Pid, &axis, &settings),
             _ => ControllerGains::Cascade(CascadeGains::with_feedforward(loops, &axis)),
         };
-        let mut drive = RealDrive { controller, ..RealDrive::default() };
-        let (effects, remedies) = (&mut drive.effects, &mut drive.remedies);
+        let mut drive = DriveModel { controller, ..DriveModel::default() };
+        let (effects, compensation) = (&mut drive.effects, &mut drive.compensation);
         effects.mismatch = Some(Mismatch { gain_factor: rng.random_range(0.8..1.2), time_constant_factor: 1.1 });
         if rng.random_bool(0.5) {
             effects.delay = Some(Delay { samples: [0.25, 0.5, 1.0, 1.75, 3.0][rng.random_range(0..5_usize)] });
@@ -294,13 +294,13 @@ mod tests {
         let place = if rng.random_bool(0.5) { EncoderPlace::Motor } else { EncoderPlace::Table };
         effects.encoder = Some(Encoder { place, resolution_um: 0.0, velocity });
         if rng.random_bool(0.4) {
-            remedies.filters.push(Filter::Notch { frequency_hz: 120.0, depth: 0.1, damping: 0.3 });
+            compensation.filters.push(Filter::Notch { frequency_hz: 120.0, depth: 0.1, damping: 0.3 });
         }
         if rng.random_bool(0.4) {
-            remedies.filters.push(Filter::LowPass { frequency_hz: 350.0, damping: 0.7 });
+            compensation.filters.push(Filter::LowPass { frequency_hz: 350.0, damping: 0.7 });
         }
         if rng.random_bool(0.3) {
-            remedies.acceleration = Some(AccelerationFeedforward { share: 0.9 });
+            compensation.acceleration = Some(AccelerationFeedforward { share: 0.9 });
         }
         drive.zero_phase = rng.random_bool(0.2) && !matches!(drive.controller, ControllerGains::Cascade(_));
         (axis, drive, settings)
@@ -389,7 +389,7 @@ mod tests {
 
     #[test]
     fn validates_the_response_against_the_axis_itself() {
-        use crate::servo::{Axis, Demand};
+        use crate::servo::{Axis, AxisReference};
         let mut rng = Xoshiro256PlusPlus::seed_from_u64(7);
         let mut count = 0;
         while count < 12 {
@@ -407,7 +407,7 @@ mod tests {
             let (mut real, ahead) = drive.axis(&axis, &settings, 0.0).unwrap();
             let step = found.step_response(Feedforward::With);
             for expected in step.actual.iter().take(300) {
-                let actual = real.step(&Demand::at_rest(1.0)).actual_mm;
+                let actual = real.step(&AxisReference::at_rest(1.0)).actual_mm;
                 assert!((actual - expected).abs() < 1e-9, "{actual} {expected} {drive:?}");
             }
             // A ramp and a parabola.
@@ -420,13 +420,13 @@ mod tests {
                 for k in 0..to {
                     let t = f64::from(k) * settings.period_s;
                     let seen = t + ahead as f64 * settings.period_s;
-                    let demand = Demand {
+                    let reference = AxisReference {
                         position_mm: position(seen),
                         velocity_mm_s: speed + acceleration * seen,
                         acceleration_mm_s2: acceleration,
-                        ..Demand::default()
+                        ..AxisReference::default()
                     };
-                    last = position(t) - real.step(&demand).actual_mm;
+                    last = position(t) - real.step(&reference).actual_mm;
                 }
                 let t = f64::from(from) * settings.period_s;
                 let expected = errors.velocity_s * (speed + acceleration * t) + errors.acceleration_s2 * acceleration;

@@ -1,4 +1,4 @@
-//! Figures of a loop that is known frequency by frequency: a fine grid, and what is found on it refined.
+//! Metrics of a loop that is known frequency by frequency: a fine grid, and what is found on it refined.
 
 use nalgebra::Complex;
 

@@ -1,4 +1,4 @@
-//! The loop of a drive as it is, where it is linear.
+//! The loop of a detailed drive, where it is linear.
 
 use std::f64::consts::TAU;
 
@@ -6,11 +6,11 @@ use nalgebra::{Complex, DMatrix, DVector};
 
 use super::eigen;
 use super::response::Feedforward;
+use crate::servo::compensation::{AccelerationFeedforward, Biquad, ClosedLoop, Filter, ZeroPhase};
 use crate::servo::effects::{EncoderPlace, VelocityEstimate};
-use crate::servo::remedies::{AccelerationFeedforward, Biquad, ClosedLoop, Filter, ZeroPhase};
-use crate::servo::{AxisParameters, ControllerGains, Derivative, LinearMachine, LoopSettings, RealDrive, ServoError};
+use crate::servo::{AxisParameters, ControllerGains, Derivative, DriveModel, LinearMachine, LoopSettings, ServoError};
 
-/// The loop of a drive as it is, linear: what [`RealAxis`](crate::servo::RealAxis) does while nothing rubs, rattles, rounds or clamps.
+/// The loop of a detailed drive, linear: what [`DetailedAxis`](crate::servo::DetailedAxis) does while nothing rubs, rattles, rounds or clamps.
 ///
 /// Taken in are the plant as it is (mismatch), the delay, the current loop, both masses, viscous friction, place and velocity estimate of
 /// the encoder, any controller, filters of the torque, feedforward of velocity and acceleration, and the zero-phase prefilter. The rest is
@@ -37,7 +37,7 @@ pub(super) struct LinearDrive {
     estimate: Estimate,
     law: Law,
     filters: Vec<([f64; 3], [f64; 2])>,
-    /// Torque of the feedforwards per demanded velocity \[N m s/mm\] and acceleration \[N m s²/mm\].
+    /// Torque of the feedforwards per reference velocity \[N m s/mm\] and acceleration \[N m s²/mm\].
     torque: [f64; 2],
     derivative: Derivative,
     prefilter: Option<ZeroPhase>,
@@ -71,10 +71,10 @@ impl LinearDrive {
     ///
     /// # Errors
     /// A parameter out of its range.
-    pub(super) fn new(axis: &AxisParameters, drive: &RealDrive, settings: &LoopSettings) -> Result<Self, ServoError> {
+    pub(super) fn new(axis: &AxisParameters, drive: &DriveModel, settings: &LoopSettings) -> Result<Self, ServoError> {
         // It refuses what the axis itself refuses.
         drive.axis(axis, settings, 0.0)?;
-        let (effects, remedies, period_s) = (&drive.effects, &drive.remedies, settings.period_s);
+        let (effects, compensation, period_s) = (&drive.effects, &drive.compensation, settings.period_s);
         let delay = effects.delay.map_or(0.0, |delay| delay.samples) + f64::from(u8::from(settings.one_sample_delay));
         let late = (0..=17_u8).rev().find(|&late| f64::from(late) <= delay).unwrap_or(0);
         let broken = delay - f64::from(late);
@@ -118,13 +118,13 @@ impl LinearDrive {
                 share: -libm::expm1(-TAU * gains.filter_hz * period_s),
             },
         };
-        if let Some(AccelerationFeedforward { share }) = remedies.acceleration {
+        if let Some(AccelerationFeedforward { share }) = compensation.acceleration {
             let share = share / axis.drive.transmission_mm_rad;
             torque[0] += share * axis.plant.viscous_nm_s_rad(&axis.drive);
             torque[1] += share * axis.plant.inertia_kg_m2(&axis.drive);
         }
         let filters: Result<Vec<_>, _> =
-            remedies.filters.iter().map(|filter| Ok(Biquad::new(filter, period_s)?.coefficients())).collect();
+            compensation.filters.iter().map(|filter| Ok(Biquad::new(filter, period_s)?.coefficients())).collect();
         let mut linear = Self {
             period_s,
             machine: LinearMachine::new(axis, effects, period_s, broken),
@@ -153,7 +153,7 @@ impl LinearDrive {
     }
 
     /// Places of resonances and their opposites, which a grid of frequencies must not step over.
-    fn narrow(&self, axis: &AxisParameters, drive: &RealDrive) -> Vec<[f64; 2]> {
+    fn narrow(&self, axis: &AxisParameters, drive: &DriveModel) -> Vec<[f64; 2]> {
         let closed = eigen::eigenvalues(&self.closed_loop(1.0)).unwrap_or_default();
         let machine = eigen::eigenvalues(&self.machine.step).unwrap_or_default();
         let mut features: Vec<[f64; 2]> = closed
@@ -164,7 +164,7 @@ impl LinearDrive {
                 [0.5 * libm::log(z.norm_sqr()).abs() / self.period_s, libm::atan2(z.im, z.re).abs() / self.period_s]
             })
             .collect();
-        for filter in &drive.remedies.filters {
+        for filter in &drive.compensation.filters {
             let (frequency_hz, damping, depth) = match *filter {
                 Filter::Notch { frequency_hz, damping, depth } => (frequency_hz, damping, depth),
                 Filter::LowPass { frequency_hz, damping } => (frequency_hz, damping, 1.0),
@@ -266,7 +266,7 @@ impl LinearDrive {
         })
     }
 
-    /// Torque per lag \[N m/mm\], velocity \[N m s/rad\] and demanded velocity \[N m s/mm\].
+    /// Torque per lag \[N m/mm\], velocity \[N m s/rad\] and reference velocity \[N m s/mm\].
     fn gains(&self, delta: Complex<f64>) -> [Complex<f64>; 3] {
         match self.law {
             Law::Loops { kp, kv, ki, kvf, kf } => {
@@ -308,7 +308,7 @@ impl LinearDrive {
                 (ahead * at(forward) / (at(feedback) * back + 1.0), ahead)
             },
         );
-        let demand = if with {
+        let reference = if with {
             let exact = self.derivative == Derivative::Exact && self.prefilter.is_none();
             let rate = if exact { Complex::new(0.0, omega_rad_s) } else { position * (delta * back) / self.period_s };
             let acceleration = ahead * -(omega_rad_s * omega_rad_s);
@@ -316,7 +316,7 @@ impl LinearDrive {
         } else {
             lag
         };
-        table * filtered * demand / (open + 1.0)
+        table * filtered * reference / (open + 1.0)
     }
 
     /// How many states the loop has: machine, waiting voltages, encoder, controller, filters.
@@ -341,8 +341,8 @@ impl LinearDrive {
 
     /// One control period: what is added to the state.
     ///
-    /// - `demand`: position \[mm\], velocity, acceleration; `factor`: on the loop gain
-    fn advance(&self, state: &[f64], demand: [f64; 3], factor: f64, change: &mut [f64]) {
+    /// - `reference`: position \[mm\], velocity, acceleration; `factor`: on the loop gain
+    fn advance(&self, state: &[f64], reference: [f64; 3], factor: f64, change: &mut [f64]) {
         let [machine, waiting, encoder, controller, _] = self.sizes();
         let (z, rest) = state.split_at(machine);
         let (voltages, rest) = rest.split_at(waiting);
@@ -379,11 +379,11 @@ impl LinearDrive {
         };
 
         // Control.
-        let lag = demand[0] - seen;
-        let mut torque = self.torque[0] * demand[1] + self.torque[1] * demand[2];
+        let lag = reference[0] - seen;
+        let mut torque = self.torque[0] * reference[1] + self.torque[1] * reference[2];
         match self.law {
             Law::Loops { kp, kv, ki, kvf, kf } => {
-                let command = kp * lag + kf * demand[1];
+                let command = kp * lag + kf * reference[1];
                 torque += kv * (kvf * command - speed) + law.first().copied().unwrap_or(0.0);
                 if let Some(integral) = to_law.first_mut() {
                     *integral = kv * ki * (command - speed);
@@ -488,9 +488,9 @@ impl LinearDrive {
     pub(super) fn errors(&self) -> Option<[f64; 2]> {
         let (n, dt) = (self.order(), self.period_s);
         let still = vec![0.0; n];
-        let input = |demand: [f64; 3]| {
+        let input = |reference: [f64; 3]| {
             let mut change = vec![0.0; n];
-            self.advance(&still, demand, 1.0, &mut change);
+            self.advance(&still, reference, 1.0, &mut change);
             DVector::from_vec(change)
         };
         let (position, velocity, acceleration) =

@@ -2,9 +2,9 @@
 
 use serde::Serialize;
 
-use crate::servo::RealDrive;
+use crate::servo::DriveModel;
+use crate::servo::compensation::{Compensation, Filter};
 use crate::servo::effects::{EffectKind, Effects, EncoderPlace, VelocityEstimate};
-use crate::servo::remedies::{Filter, Remedies};
 
 /// What an analysis takes in of a drive beyond its model, and what it leaves out because it is not linear, in words.
 #[derive(Debug, Clone, PartialEq, Eq, Default, Serialize)]
@@ -12,17 +12,17 @@ pub struct Linearized {
     /// Name of the controller: `pdff`, `p-pi`, `pid`, `cascade`.
     pub controller: &'static str,
     /// What is in the linear loop.
-    pub taken_in: Vec<String>,
+    pub modelled: Vec<String>,
     /// What is on but not in it. (The voltage limit never is.)
-    pub left_out: Vec<String>,
+    pub neglected: Vec<String>,
 }
 
 impl Linearized {
     /// Of one axis.
-    pub fn of(drive: &RealDrive) -> Self {
+    pub fn of(drive: &DriveModel) -> Self {
         let mut told = Self { controller: drive.controller.kind().name(), ..Self::default() };
         told.effects(&drive.effects);
-        told.remedies(&drive.remedies);
+        told.compensation(&drive.compensation);
         if drive.zero_phase {
             told.taken("zero-phase tracking");
         }
@@ -30,11 +30,11 @@ impl Linearized {
     }
 
     fn taken(&mut self, what: &str) {
-        self.taken_in.push(what.to_owned());
+        self.modelled.push(what.to_owned());
     }
 
     fn left(&mut self, what: &str) {
-        self.left_out.push(what.to_owned());
+        self.neglected.push(what.to_owned());
     }
 
     fn effects(&mut self, effects: &Effects) {
@@ -70,7 +70,7 @@ impl Linearized {
                         self.left("friction");
                     }
                 }
-                EffectKind::Dac => self.left("converter"),
+                EffectKind::Dac => self.left("DAC"),
                 EffectKind::Noise => self.left("noise"),
                 EffectKind::Backlash => self.left("backlash"),
                 EffectKind::Pitch => self.left("pitch error"),
@@ -80,20 +80,20 @@ impl Linearized {
         }
     }
 
-    fn remedies(&mut self, remedies: &Remedies) {
-        for filter in &remedies.filters {
+    fn compensation(&mut self, compensation: &Compensation) {
+        for filter in &compensation.filters {
             match filter {
                 Filter::Notch { frequency_hz, .. } => self.taken(&format!("notch at {frequency_hz} Hz")),
                 Filter::LowPass { frequency_hz, .. } => self.taken(&format!("low pass at {frequency_hz} Hz")),
             }
         }
-        if remedies.acceleration.is_some() {
+        if compensation.acceleration.is_some() {
             self.taken("acceleration feedforward");
         }
         let rest = [
-            (remedies.friction.is_some(), "friction feedforward"),
-            (remedies.backlash.is_some(), "backlash compensation"),
-            (remedies.pitch.is_some(), "pitch compensation"),
+            (compensation.friction.is_some(), "friction feedforward"),
+            (compensation.backlash.is_some(), "backlash compensation"),
+            (compensation.pitch.is_some(), "pitch compensation"),
         ];
         for (_, what) in rest.into_iter().filter(|(on, _)| *on) {
             self.left(what);

@@ -14,12 +14,12 @@
 //! loop is from instability, in microseconds, for searches that ask a hundred thousand times. [`bandwidth`], [`step_response`] and
 //! [`error_constants`] tell how it follows.
 //!
-//! [`DriveLoop`] is the same of the drive as it is: with its delay, current loop, two masses, viscous friction, velocity estimate, filters and
+//! [`DriveLoop`] is the same of the detailed drive model: with its delay, current loop, two masses, viscous friction, velocity estimate, filters and
 //! whatever controller it has; nonlinear effects are left out, and named.
 //!
 //! On the unit circle `z = (1 + jv)/(1 - jv)` with `v = tan(ω Δt/2)` makes every condition a small polynomial in `v²`:
 //! crossovers, phase crossovers and the stationary points of the sensitivity of the model are its positive roots. Nothing is sampled
-//! on a grid, so nothing is missed between two points of one. (The loop of a drive as it is has no such small polynomial, and is.)
+//! on a grid, so nothing is missed between two points of one. (The loop of a detailed drive has no such small polynomial, and is.)
 //!
 //! ```
 //! use servosim::{analysis, scenario::Scenario};
@@ -34,18 +34,18 @@
 
 mod drive_loop;
 mod eigen;
-mod figures;
 mod grid;
 mod linear_drive;
 mod linearized;
 mod margins;
+mod metrics;
 mod polynomial;
 mod response;
 mod sampled_loop;
 
 pub use drive_loop::DriveLoop;
-pub use figures::{LoopFigures, Pole, StepTimes};
 pub use linearized::Linearized;
 pub use margins::{Margins, PeakSensitivity, margins, peak_sensitivity, stable_gain_factors};
-pub use response::{ErrorConstants, Feedforward, StepFigures, StepResponse, bandwidth, error_constants, step_response};
+pub use metrics::{LoopMetrics, Pole, StepTimes};
+pub use response::{ErrorConstants, Feedforward, StepMetrics, StepResponse, bandwidth, error_constants, step_response};
 pub use sampled_loop::SampledLoop;

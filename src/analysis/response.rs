@@ -24,10 +24,10 @@ impl SampledLoop {
             Derivative::Exact => Complex::new(0.0, omega_rad_s),
         };
         let kpf = if feedforward == Feedforward::With { self.kpf } else { 0.0 };
-        let demand = velocity * kpf + self.kpp;
+        let reference = velocity * kpf + self.kpp;
         let direct = delta * self.command_gain + self.integral;
         let angle = delta * self.angle[1] + self.angle[0];
-        demand * direct * angle * self.r_g / (self.denominator(delta) + self.numerator(delta))
+        reference * direct * angle * self.r_g / (self.denominator(delta) + self.numerator(delta))
     }
 }
 
@@ -56,9 +56,9 @@ pub fn bandwidth(axis: &AxisParameters, settings: &LoopSettings, feedforward: Fe
     Some(high)
 }
 
-/// Figures of a step response.
+/// Metrics of a step response.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct StepFigures {
+pub struct StepMetrics {
     /// From 10 % to 90 % of the step \[s\].
     pub rise_s: f64,
     /// How far it goes beyond the step, in percent of it.
@@ -75,7 +75,7 @@ pub struct StepResponse {
     /// Actual position at each sample, as a share of the step.
     pub actual: Vec<f64>,
     /// `None` when the loop is unstable or has not settled in [`StepResponse::actual`].
-    pub figures: Option<StepFigures>,
+    pub metrics: Option<StepMetrics>,
 }
 
 /// Share of a step that it settles to.
@@ -102,8 +102,8 @@ pub fn step_response(axis: &AxisParameters, settings: &LoopSettings, feedforward
     let samples = if stable { samples_to_settle(sampled.pole_radius()) } else { UNSTABLE_SAMPLES };
     let run = (0..samples).map(|_| axis_loop.step(1.0, 0.0).actual_mm);
     let actual: Vec<f64> = run.take_while(|x| x.is_finite()).collect();
-    let figures = if stable { figures(&actual, settings.period_s) } else { None };
-    StepResponse { period_s: settings.period_s, actual, figures }
+    let metrics = if stable { metrics(&actual, settings.period_s) } else { None };
+    StepResponse { period_s: settings.period_s, actual, metrics }
 }
 
 /// Until the slowest pole has fallen to a ten-thousandth.
@@ -113,7 +113,7 @@ pub(super) fn samples_to_settle(pole_radius: f64) -> usize {
     if samples.is_finite() { samples.clamp(20.0, MOST_SAMPLES as f64) as usize } else { MOST_SAMPLES }
 }
 
-pub(super) fn figures(actual: &[f64], period_s: f64) -> Option<StepFigures> {
+pub(super) fn metrics(actual: &[f64], period_s: f64) -> Option<StepMetrics> {
     // Where the line between samples k - 1 and k is at `level`.
     let time = |k: usize, level: f64| {
         let (before, after) = (actual[k - 1], actual[k]);
@@ -129,7 +129,7 @@ pub(super) fn figures(actual: &[f64], period_s: f64) -> Option<StepFigures> {
         return None;
     }
     let edge = if actual[outside] > 1.0 { 1.0 + SETTLED } else { 1.0 - SETTLED };
-    Some(StepFigures {
+    Some(StepMetrics {
         rise_s: reach(0.9)? - reach(0.1)?,
         overshoot_percent: 100.0 * (peak - 1.0).max(0.0),
         settling_s: time(outside + 1, edge),

@@ -2,7 +2,7 @@
 
 use std::fmt::Write as _;
 
-use crate::analysis::{DriveLoop, Linearized, LoopFigures, Pole};
+use crate::analysis::{DriveLoop, Linearized, LoopMetrics, Pole};
 use crate::limits::AXIS_NAMES;
 use crate::report;
 use crate::scenario::{Document, Scenario};
@@ -10,7 +10,7 @@ use crate::servo::Derivative;
 use clap::Args;
 use serde::Serialize;
 
-use super::output::{OutputArgs, figure, make_folder, note, printable, short};
+use super::output::{OutputArgs, make_folder, note, printable, short, significant};
 use super::{CliError, Outcome, plot};
 
 /// Arguments of `servosim analyze`.
@@ -22,8 +22,8 @@ Examples:
   servosim analyze alpha --set axes.x.effects.delay.samples=0.5
   servosim analyze heart --format json --plots none
 
-The loops are linear: no saturation. Of a drive as it is, delay, current loop, two masses, viscous friction, mismatch, velocity
-estimate, encoder place, filters, feedforward and the controller are in the loop; friction, backlash, counts, converter, noise, pitch,
+The loops are linear: no saturation. Of a detailed drive, delay, current loop, two masses, viscous friction, mismatch, velocity
+estimate, encoder place, filters, feedforward and the controller are in the loop; friction, backlash, counts, DAC, noise, pitch,
 ripple and force are not, and the table says so. SCENARIO is looked for as `servosim run` does.
 Exits with 3 if a loop is unstable.")]
 pub(crate) struct AnalyzeArgs {
@@ -44,7 +44,7 @@ struct Analysis<'a> {
     /// Of the control; what its drive adds is in each axis'.
     delay_samples: u8,
     derivative: &'static str,
-    axes: Vec<LoopFigures>,
+    axes: Vec<LoopMetrics>,
 }
 
 /// Analyses the loops of the scenario.
@@ -56,18 +56,18 @@ pub(crate) fn run(args: &AnalyzeArgs) -> Result<Outcome, CliError> {
     let scenario = document.scenario()?;
     let settings = &scenario.settings;
     let loops = loops(&scenario)?;
-    let mut axes: Vec<LoopFigures> =
-        AXIS_NAMES.iter().zip(&loops).map(|(name, of)| LoopFigures::of(name, of)).collect();
+    let mut axes: Vec<LoopMetrics> =
+        AXIS_NAMES.iter().zip(&loops).map(|(name, of)| LoopMetrics::of(name, of)).collect();
     if scenario.cross_coupling.is_some() {
         // It ties the axes together: no loop of one axis has it.
         for axis in &mut axes {
-            axis.linearized.left_out.push("cross-coupled control".to_owned());
+            axis.linearized.neglected.push("cross-coupled control".to_owned());
         }
     }
     if scenario.corrections_mm.is_some() {
         // They are part of the command.
         for axis in &mut axes {
-            axis.linearized.left_out.push("learned corrections".to_owned());
+            axis.linearized.neglected.push("learned corrections".to_owned());
         }
     }
     let analysis = Analysis {
@@ -81,7 +81,7 @@ pub(crate) fn run(args: &AnalyzeArgs) -> Result<Outcome, CliError> {
         axes,
     };
     args.out.print.show(&analysis, || table(&analysis, &scenario))?;
-    // The figures are there whatever becomes of the plots.
+    // The metrics are there whatever becomes of the plots.
     if let Some(format) = args.out.plots.format() {
         make_folder(&args.out.folder)?;
         let name = &scenario.name;
@@ -117,7 +117,7 @@ pub(super) fn linearized<'a>(axes: impl Iterator<Item = (&'a str, &'a Linearized
         }
     };
     for (name, linear) in axes.clone() {
-        let mut parts = linear.taken_in.clone();
+        let mut parts = linear.modelled.clone();
         if linear.controller != "pdff" {
             parts.insert(0, format!("{} controller", linear.controller));
         }
@@ -125,14 +125,14 @@ pub(super) fn linearized<'a>(axes: impl Iterator<Item = (&'a str, &'a Linearized
             add(name, format!("in the loop: {}", parts.join(", ")));
         }
     }
-    for (name, linear) in axes.filter(|(_, linear)| !linear.left_out.is_empty()) {
-        add(name, format!("left out, not linear: {}", linear.left_out.join(", ")));
+    for (name, linear) in axes.filter(|(_, linear)| !linear.neglected.is_empty()) {
+        add(name, format!("left out, not linear: {}", linear.neglected.join(", ")));
     }
     lines.into_iter().map(|(names, text)| format!("{}: {text}", names.join(" and "))).collect()
 }
 
 /// How late the voltage is.
-fn told_delay(axes: &[LoopFigures]) -> String {
+fn told_delay(axes: &[LoopMetrics]) -> String {
     let one = |samples: f64| match samples {
         0.0 => "no delay".to_owned(),
         1.0 => "one sample of delay".to_owned(),
@@ -147,7 +147,7 @@ fn told_delay(axes: &[LoopFigures]) -> String {
 }
 
 /// A figure of an axis, as it is shown; an unstable loop has none of some.
-type Cell<'a> = &'a dyn Fn(&LoopFigures) -> Option<String>;
+type Cell<'a> = &'a dyn Fn(&LoopMetrics) -> Option<String>;
 
 fn table(analysis: &Analysis<'_>, scenario: &Scenario) -> String {
     let axes = &analysis.axes;
@@ -175,36 +175,38 @@ fn table(analysis: &Analysis<'_>, scenario: &Scenario) -> String {
         out.push_str(line.trim_end());
         out.push('\n');
     };
-    let stable = |axis: &LoopFigures, value: String| axis.stable.then_some(value);
+    let stable = |axis: &LoopMetrics, value: String| axis.stable.then_some(value);
     row("", "", &|axis| Some(axis.axis.to_uppercase()));
     row("loop", "", &|axis| Some(if axis.stable { "stable" } else { "UNSTABLE" }.to_owned()));
-    row("peak sensitivity Ms", "", &|axis| stable(axis, figure(axis.peak_sensitivity, 5)));
-    row("  at", "rad/s", &|axis| stable(axis, figure(axis.peak_sensitivity_at_rad_s, 4)));
-    row("stable from this gain factor on", "", &|axis| stable(axis, figure(axis.gain_factor_down, 4)));
-    row("  and up to this one", "", &|axis| stable(axis, figure(axis.gain_factor_up, 5)));
-    row("phase margin", "°", &|axis| stable(axis, figure(axis.phase_margin_deg, 4)));
-    row("  at crossover", "rad/s", &|axis| stable(axis, figure(axis.crossover_rad_s, 4)));
-    row("delay margin", "ms", &|axis| stable(axis, figure(1e3 * axis.delay_margin_s, 3)));
-    row("largest pole", "", &|axis| Some(figure(axis.pole_radius, 5)));
-    row("  least damped pole: damping", "", &|axis| Some(figure(least_damped(axis)?.damping, 3)));
-    row("  its natural frequency", "rad/s", &|axis| Some(figure(least_damped(axis)?.natural_rad_s, 4)));
+    row("peak sensitivity Ms", "", &|axis| stable(axis, significant(axis.peak_sensitivity, 5)));
+    row("  at", "rad/s", &|axis| stable(axis, significant(axis.peak_sensitivity_at_rad_s, 4)));
+    row("stable from this gain factor on", "", &|axis| stable(axis, significant(axis.gain_factor_down, 4)));
+    row("  and up to this one", "", &|axis| stable(axis, significant(axis.gain_factor_up, 5)));
+    row("phase margin", "°", &|axis| stable(axis, significant(axis.phase_margin_deg, 4)));
+    row("  at crossover", "rad/s", &|axis| stable(axis, significant(axis.crossover_rad_s, 4)));
+    row("delay margin", "ms", &|axis| stable(axis, significant(1e3 * axis.delay_margin_s, 3)));
+    row("largest pole", "", &|axis| Some(significant(axis.pole_radius, 5)));
+    row("  least damped pole: damping", "", &|axis| Some(significant(least_damped(axis)?.damping, 3)));
+    row("  its natural frequency", "rad/s", &|axis| Some(significant(least_damped(axis)?.natural_rad_s, 4)));
     let any = axes.iter().any(|axis| axis.stable);
-    let blank = |_: &LoopFigures| any.then(String::new);
+    let blank = |_: &LoopMetrics| any.then(String::new);
     row("", "", &blank);
-    row("bandwidth (-3 dB), feedback alone", "rad/s", &|axis| Some(figure(axis.bandwidth_feedback_rad_s?, 4)));
-    row("  with feedforward", "rad/s", &|axis| Some(figure(axis.bandwidth_rad_s?, 4)));
+    row("bandwidth (-3 dB), feedback alone", "rad/s", &|axis| Some(significant(axis.bandwidth_feedback_rad_s?, 4)));
+    row("  with feedforward", "rad/s", &|axis| Some(significant(axis.bandwidth_rad_s?, 4)));
     for (title, with) in [("step, feedback alone: rise", false), ("step, with feedforward: rise", true)] {
-        let step = |axis: &LoopFigures| if with { axis.step } else { axis.step_feedback };
-        row(title, "ms", &|axis| Some(figure(1e3 * step(axis)?.rise_s, 3)));
-        row("  overshoot", "%", &|axis| Some(figure(step(axis)?.overshoot_percent, 3)));
-        row("  settled to 2 %", "ms", &|axis| Some(figure(1e3 * step(axis)?.settling_s, 3)));
+        let step = |axis: &LoopMetrics| if with { axis.step } else { axis.step_feedback };
+        row(title, "ms", &|axis| Some(significant(1e3 * step(axis)?.rise_s, 3)));
+        row("  overshoot", "%", &|axis| Some(significant(step(axis)?.overshoot_percent, 3)));
+        row("  settled to 2 %", "ms", &|axis| Some(significant(1e3 * step(axis)?.settling_s, 3)));
     }
     row("", "", &blank);
     let feed = scenario.feed_mm_s;
     let at_feed = format!("tracking error at {} mm/s", short(feed, 5));
-    row(&at_feed, "µm (negative: ahead)", &|axis| Some(figure(axis.tracking_error_um_per_mm_s? * feed, 5)));
-    row("  for each mm/s of speed", "µm", &|axis| Some(figure(axis.tracking_error_um_per_mm_s?, 5)));
-    row("  for each m/s² of acceleration", "µm", &|axis| Some(figure(1e3 * axis.tracking_error_um_per_mm_s2?, 5)));
+    row(&at_feed, "µm (negative: ahead)", &|axis| Some(significant(axis.tracking_error_um_per_mm_s? * feed, 5)));
+    row("  for each mm/s of speed", "µm", &|axis| Some(significant(axis.tracking_error_um_per_mm_s?, 5)));
+    row("  for each m/s² of acceleration", "µm", &|axis| {
+        Some(significant(1e3 * axis.tracking_error_um_per_mm_s2?, 5))
+    });
     let mut warnings: Vec<(&str, Vec<String>)> = Vec::new();
     for axis in axes {
         for warning in &axis.warnings {
@@ -220,6 +222,6 @@ fn table(analysis: &Analysis<'_>, scenario: &Scenario) -> String {
     out
 }
 
-fn least_damped(axis: &LoopFigures) -> Option<Pole> {
+fn least_damped(axis: &LoopMetrics) -> Option<Pole> {
     axis.poles.iter().copied().min_by(|a, b| a.damping.total_cmp(&b.damping))
 }

@@ -6,7 +6,7 @@ use crate::limits::is_kept;
 use crate::scenario::{Document, Part, Scenario, ScenarioError};
 use clap::Args;
 
-use super::output::{figure, margin, print, printable, short};
+use super::output::{margin, print, printable, short, significant};
 use super::{CliError, Outcome, tell};
 
 /// Arguments of `servosim check`.
@@ -61,15 +61,15 @@ fn planned(file: &str, scenario: &Scenario) -> String {
     let samples = scenario.simulation().map_or(0, |simulation| simulation.samples());
     let learned = scenario.corrections_mm.as_ref().map_or(String::new(), |corrections| {
         let largest_mm = corrections.iter().map(nalgebra::Matrix::amax).fold(0.0, f64::max);
-        format!(", learned corrections up to {} µm", figure(1e3 * largest_mm, 4))
+        format!(", learned corrections up to {} µm", significant(1e3 * largest_mm, 4))
     });
     let mut out = format!(
         "{}: ok ({} mm, {} mm/s, {} s, peak jerk {} mm/s³, {samples} samples{learned})\n",
         printable(file),
-        figure(scenario.path.length_mm(), 6),
+        significant(scenario.path.length_mm(), 6),
         short(scenario.motion.feed_mm_s(), 5),
-        figure(scenario.motion.total_s(), 4),
-        figure(peaks.jerk_mm_s3, 5),
+        significant(scenario.motion.total_s(), 4),
+        significant(peaks.jerk_mm_s3, 5),
     );
     // A feed that is planned under limits of the axes keeps those: limits along the path are not its own.
     let along = scenario.limits.axes.is_none();
@@ -87,7 +87,7 @@ fn planned(file: &str, scenario: &Scenario) -> String {
                 out,
                 "  the planned motion breaks {name} = {}: {} ({})",
                 short(limit, 5),
-                figure(value, 5),
+                significant(value, 5),
                 margin(value, limit)
             );
         }

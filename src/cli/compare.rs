@@ -6,14 +6,14 @@ use std::sync::atomic::AtomicBool;
 
 use crate::comparison::{Cell, Column, Comparison};
 use crate::limits::AXIS_NAMES;
-use crate::recording::{Facts, Recorder};
+use crate::recording::{Recorder, RecordingMetadata};
 use crate::report;
 use crate::scenario::{Document, Scenario};
 use crate::servo::ControllerKind;
 use crate::simulation::{Observer, SimulationError};
 use clap::{Args, ValueEnum};
 
-use super::output::{OutputArgs, figure, make_folder, note, printable};
+use super::output::{OutputArgs, make_folder, note, printable, significant};
 use super::run::stop_flag;
 use super::{CliError, Outcome, plot};
 
@@ -26,11 +26,11 @@ const MOST_COLUMNS: usize = 12;
 Examples:
   servosim compare alpha-real                                     each effect of its drives alone, and all of them
   servosim compare alpha --controllers pdff,p-pi,pid,cascade      the same loops under other controllers
-  servosim compare alpha-real --gains output/alpha-tuned.toml     do tuned gains stand the drive as it is?
+  servosim compare alpha-real --gains output/alpha-tuned.toml     do tuned gains stand the detailed drive model?
 
-Rows are what the drives do: the model alone, each effect of the scenario alone, all of them, all with its remedies. Columns are
+Rows are what the drives do: the ideal model, each effect of the scenario alone, all of them, all with its compensation. Columns are
 how the axes are controlled. A cell is the largest contouring error of a whole run; Δ is the largest difference of the contouring error
-from that of the model alone, at the same time: what the drives add. The runs of the last row are laid over each other in plots.
+from that of the ideal model, at the same time: what the drives add. The runs of the last row are laid over each other in plots.
 Exits with 3 if an axis locks up or a loop diverges in any run, or if a run of the last row breaks a limit of the scenario.")]
 pub(crate) struct CompareArgs {
     /// Scenario file, or name of a built-in scenario
@@ -175,7 +175,7 @@ fn plots(
         let mut variant = column.of(scenario);
         variant.name = stem;
         let path = args.out.folder.join(format!("{}.mcap", variant.name));
-        let mut recorder = Recorder::create(&path, Facts::new(&variant.name, &variant.source))?;
+        let mut recorder = Recorder::create(&path, RecordingMetadata::new(&variant.name, &variant.source))?;
         let mut observers: Vec<&mut dyn Observer<2>> = vec![&mut recorder];
         let summary = match variant.run_until(Some(stop), &mut observers) {
             Ok(summary) => summary,
@@ -189,7 +189,7 @@ fn plots(
         recorder.finish(&summary)?;
         let mut data = plot::load(&path, Some(stop))?;
         if columns.len() > 1 {
-            column.name().clone_into(&mut data.facts_mut().name);
+            column.name().clone_into(&mut data.metadata_mut().name);
         }
         runs.push(data);
         written.push(path);
@@ -210,7 +210,7 @@ fn remarks(scenario: &Scenario, columns: &[Column], comparison: &Comparison) -> 
     if scenario.corrections_mm.is_some() && columns.iter().any(|column| *column != Column::Own) {
         let _ = writeln!(
             out,
-            "\n  with remedies: every column has the learned corrections, which belong to the gains that they were learned with"
+            "\n  with compensation: every column has the learned corrections, which belong to the gains that they were learned with"
         );
     }
     for column in columns {
@@ -229,7 +229,7 @@ fn remarks(scenario: &Scenario, columns: &[Column], comparison: &Comparison) -> 
     }
     if comparison.lines.len() == 1 && columns.len() == 1 {
         out.push_str(
-            "\n  nothing to compare: the axes are what their models say. See `servosim compare alpha-real` for drives as they are; \
+            "\n  nothing to compare: the axes are what their models say. See `servosim compare alpha-real` for detailed drives; \
              or give\n  --controllers pdff,p-pi,pid,cascade, or --gains SCENARIO\n",
         );
     }
@@ -269,11 +269,11 @@ pub(crate) fn table(comparison: &Comparison) -> String {
 pub(crate) fn errors(out: &mut String, comparison: &Comparison) {
     let cell = |cell: &Option<Cell>| match cell {
         None => "diverged".to_owned(),
-        Some(cell) if cell.locked_up => format!("{} locked", figure(cell.max_contour_error_um, 4)),
-        Some(cell) => figure(cell.max_contour_error_um, 4),
+        Some(cell) if cell.locked_up => format!("{} locked", significant(cell.max_contour_error_um, 4)),
+        Some(cell) => significant(cell.max_contour_error_um, 4),
     };
     let apart = |cell: &Option<Cell>| {
-        cell.and_then(|cell| cell.from_model_um).map_or_else(String::new, |apart| figure(apart, 3))
+        cell.and_then(|cell| cell.from_model_um).map_or_else(String::new, |apart| significant(apart, 3))
     };
     // Where the model is all there is, there is nothing to be told from it.
     let tells = comparison.lines.len() > 1;
@@ -304,7 +304,7 @@ pub(crate) fn errors(out: &mut String, comparison: &Comparison) {
     }
     if tells {
         out.push_str(
-            "\n  Δ: largest difference of the contouring error from the model's at the same time. An effect or a remedy may lower the\n  \
+            "\n  Δ: largest difference of the contouring error from the model's at the same time. An effect or a compensation may lower the\n  \
              largest error where it works against the loop's own lag or lead, and raise it elsewhere: Δ is what it adds.\n",
         );
     }

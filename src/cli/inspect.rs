@@ -11,7 +11,7 @@ use serde_json::{Value, json};
 
 use crate::recording::{LogLevel, ReadError, Recording, csv};
 
-use super::output::figure;
+use super::output::significant;
 use super::{CliError, Outcome};
 
 /// Arguments of `servosim inspect`.
@@ -20,7 +20,7 @@ use super::{CliError, Outcome};
 Examples:
   servosim inspect output/alpha.mcap                   what the recording holds
   servosim inspect alpha --csv > alpha.csv             every sample, for a spreadsheet or pandas
-  servosim inspect alpha --format json | jq .summary   the figures of the run")]
+  servosim inspect alpha --format json | jq .summary   the metrics of the run")]
 pub(crate) struct InspectArgs {
     /// The recording: a file (.mcap, or the .mcap.partial of an interrupted run), or the name of one in the folder output
     #[arg(value_name = "RECORDING")]
@@ -28,7 +28,7 @@ pub(crate) struct InspectArgs {
     /// How the contents are summarised: for people, or as one JSON object
     #[arg(long, value_enum, default_value_t = InspectFormat::Text, conflicts_with = "csv")]
     format: InspectFormat,
-    /// Write the samples of /servo as CSV to standard output instead; those of /drives, what real drives tell, stand beside them
+    /// Write the samples of /servo as CSV to standard output instead; those of /drives, the drive signals, stand beside them
     #[arg(long)]
     csv: bool,
 }
@@ -153,7 +153,7 @@ fn write_text(out: &mut dyn Write, file: &Path, recording: &Recording) -> io::Re
             )?;
             for check in &summary.limits {
                 let kept = if check.kept { "kept" } else { "broken" };
-                row("limit", &format!("{} = {}: {kept} ({})", check.name, check.limit, figure(check.value, 5)))?;
+                row("limit", &format!("{} = {}: {kept} ({})", check.name, check.limit, significant(check.value, 5)))?;
             }
             if let Some(lockup) = &summary.lockup {
                 row("lock-up", lockup)?;
@@ -225,7 +225,7 @@ mod tests {
     use crate::feedrate::{Motion, Profile};
     use crate::limits::Limits;
     use crate::path::Line;
-    use crate::recording::{Facts, Recorder};
+    use crate::recording::{Recorder, RecordingMetadata};
     use crate::servo::{AxisParameters, Drive, LoopSettings, Pdff, Plant};
     use crate::simulation::Simulation;
     use crate::summary::SummaryObserver;
@@ -242,7 +242,7 @@ mod tests {
         let settings = LoopSettings { settling_s: 2.0, ..LoopSettings::default() };
         let run = Simulation::new(&path, &motion, [axis, axis], settings).unwrap();
         let file = folder.join("line.mcap");
-        let mut recorder = Recorder::create(&file, Facts::new("line", "name = \"line\"\n")).unwrap();
+        let mut recorder = Recorder::create(&file, RecordingMetadata::new("line", "name = \"line\"\n")).unwrap();
         let mut summary = SummaryObserver::new("line");
         let limits = Limits { contour_error_um: Some(30.0), ..Limits::default() };
         run.run(&limits, None, &mut [&mut summary, &mut recorder]).unwrap();

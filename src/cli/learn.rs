@@ -9,7 +9,7 @@ use crate::scenario::{Document, Scenario};
 use crate::simulation::write_corrections;
 use clap::Args;
 
-use super::output::{OutputArgs, figure, make_folder, note, printable};
+use super::output::{OutputArgs, make_folder, note, printable, significant};
 use super::run::stop_flag;
 use super::{CliError, Outcome, plot};
 
@@ -83,8 +83,8 @@ fn table(learned: &Learned) -> String {
     let mut out = format!(
         "{}: iterative learning, gain {}, low pass at {} Hz\n\n",
         printable(&learned.scenario),
-        figure(learned.gain, 3),
-        figure(learned.cutoff_hz, 4)
+        significant(learned.gain, 3),
+        significant(learned.cutoff_hz, 4)
     );
     // Writing to a string does not fail.
     if learned.continued {
@@ -97,11 +97,11 @@ fn table(learned: &Learned) -> String {
             out,
             "  {:>3} {:>14} {:>9} {:>16} {:>9} {:>9}{best}",
             run.run,
-            figure(run.rms_tracking_error_um, 4),
-            figure(run.max_tracking_error_um, 4),
-            figure(run.rms_contour_error_um, 4),
-            figure(run.max_contour_error_um, 4),
-            figure(run.peak_voltage_v, 4)
+            significant(run.rms_tracking_error_um, 4),
+            significant(run.max_tracking_error_um, 4),
+            significant(run.rms_contour_error_um, 4),
+            significant(run.max_contour_error_um, 4),
+            significant(run.peak_voltage_v, 4)
         );
     }
     let _ = writeln!(out, "                 µm        µm               µm        µm         V");

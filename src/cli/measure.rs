@@ -10,7 +10,7 @@ use crate::report;
 use crate::scenario::{Document, Scenario};
 use clap::{Args, Subcommand};
 
-use super::output::{OutputArgs, figure, make_folder, note, printable, short};
+use super::output::{OutputArgs, make_folder, note, printable, short, significant};
 use super::run::end_when_interrupted;
 use super::{CliError, Outcome, analyze, plot};
 
@@ -22,7 +22,7 @@ Examples:
   servosim measure response alpha --points 100                       from command to table, up to half the Nyquist frequency
   servosim measure step alpha --step-um 1 --window-um 0.1            rise, settling, following error
 
-The drives are those of the scenario, with their effects and remedies; nothing is cut meanwhile. `servosim help measure KIND` tells
+The drives are those of the scenario, with their effects and compensation; nothing is cut meanwhile. `servosim help measure KIND` tells
 what each takes.")]
 pub(crate) struct MeasureArgs {
     #[command(subcommand)]
@@ -100,7 +100,7 @@ Examples:
 
 One sine after the other, each until two blocks of whole periods agree. The amplitude is chosen so that no drive saturates. The
 bandwidth is measured more finely between the two points around it. The linear analysis is that of `servosim analyze`: of the
-drives as they are, without what is not linear. Cross-coupled control, which takes both axes, is left out: each is measured by itself.
+detailed drives, without what is not linear. Cross-coupled control, which takes both axes, is left out: each is measured by itself.
 The highest frequency is at most 0.95 of the Nyquist frequency (475 Hz at a control period of 1 ms): nearer to it the samples hardly
 tell a sine from its mirror image above it, and at it they see no phase. Exits with 3 if a loop is unstable: it has no response.")]
 struct ResponseArgs {
@@ -224,14 +224,14 @@ pub(crate) fn run(args: &MeasureArgs) -> Result<Outcome, CliError> {
     }
 }
 
-/// Figures first, then plots.
+/// Metrics first, then plots.
 fn show(
     out: &OutputArgs,
-    figures: &impl serde::Serialize,
+    metrics: &impl serde::Serialize,
     table: impl FnOnce() -> String,
     draw: impl FnOnce(&std::path::Path, report::Format) -> Result<Vec<std::path::PathBuf>, report::ReportError>,
 ) -> Result<Outcome, CliError> {
-    out.print.show(figures, table)?;
+    out.print.show(metrics, table)?;
     if let Some(format) = out.plots.format() {
         make_folder(&out.folder)?;
         out.print.note(&plot::wrote(&draw(&out.folder, format)?));
@@ -281,14 +281,14 @@ fn circle_table(test: &CircleTest) -> String {
     let columns = test.directions.iter().map(|d| if d.clockwise { "clockwise" } else { "counterclockwise" }.to_owned());
     let mut table = Table::new(&title, 34, &columns.collect::<Vec<_>>());
     let both = |pick: &dyn Fn(&Direction) -> String| test.directions.iter().map(pick).collect::<Vec<_>>();
-    let f = |value: f64| figure(value, 5);
+    let f = |value: f64| significant(value, 5);
     table.row("circular deviation G", &both(&|d| f(d.circular_deviation_um)), "µm");
     table.row("  around the least-squares centre", &both(&|d| f(d.circular_deviation_least_squares_um)), "µm");
     table.row("mean radius, less the nominal one", &both(&|d| f(d.radius_um)), "µm");
     table.row("radial deviation F: largest", &both(&|d| f(d.radial_max_um)), "µm");
-    table.row("  at", &both(&|d| figure(d.radial_max_at_deg, 4)), "°");
+    table.row("  at", &both(&|d| significant(d.radial_max_at_deg, 4)), "°");
     table.row("  smallest", &both(&|d| f(d.radial_min_um)), "µm");
-    table.row("  at", &both(&|d| figure(d.radial_min_at_deg, 4)), "°");
+    table.row("  at", &both(&|d| significant(d.radial_min_at_deg, 4)), "°");
     for (axis, name) in ["X", "Y"].into_iter().enumerate() {
         table.row(&format!("lost motion {name}"), &both(&|d| f(d.lost_motion_um[axis])), "µm");
     }
@@ -304,7 +304,7 @@ fn circle_table(test: &CircleTest) -> String {
         ("bidirectional deviation G(b)", test.bidirectional_deviation_um, String::new()),
         ("  around the least-squares centre", test.bidirectional_deviation_least_squares_um, String::new()),
         ("mean radial deviation D", test.mean_radial_deviation_um, String::new()),
-        ("hysteresis H", test.hysteresis_um, format!("at {}°", figure(test.hysteresis_at_deg, 4))),
+        ("hysteresis H", test.hysteresis_um, format!("at {}°", significant(test.hysteresis_at_deg, 4))),
     ] {
         table.row(label, &[f(value)], &format!("µm  {remark}"));
     }
@@ -317,7 +317,7 @@ fn response_table(measured: &Response) -> String {
     let columns: Vec<String> = measured.axes.iter().map(|axis| axis.axis.to_uppercase()).collect();
     let mut table = Table::new(&title, 34, &columns);
     let each = |pick: &dyn Fn(&AxisResponse) -> Option<f64>, digits: usize| -> Vec<String> {
-        measured.axes.iter().map(|axis| pick(axis).map_or("-".to_owned(), |value| figure(value, digits))).collect()
+        measured.axes.iter().map(|axis| pick(axis).map_or("-".to_owned(), |value| significant(value, digits))).collect()
     };
     table.row("bandwidth (-3 dB)", &each(&|axis| axis.bandwidth_hz, 5), "Hz");
     table.row("  of the linear analysis", &each(&|axis| axis.model_bandwidth_hz, 5), "Hz");
@@ -347,7 +347,11 @@ fn step_table(measured: &Steps) -> String {
     let columns: Vec<String> = measured.axes.iter().map(|axis| axis.axis.to_uppercase()).collect();
     let mut table = Table::new(&title, 34, &columns);
     let each = |pick: &dyn Fn(&AxisSteps) -> Option<f64>, digits: usize, none: &str| -> Vec<String> {
-        measured.axes.iter().map(|axis| pick(axis).map_or(none.to_owned(), |value| figure(value, digits))).collect()
+        measured
+            .axes
+            .iter()
+            .map(|axis| pick(axis).map_or(none.to_owned(), |value| significant(value, digits)))
+            .collect()
     };
     let never = "never";
     table.row("step: rise, 10 to 90 %", &each(&|a| a.step.rise_s.map(|s| 1e3 * s), 4, never), "ms");

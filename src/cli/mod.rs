@@ -47,7 +47,7 @@ use clap::{Parser, Subcommand};
 #[command(version, propagate_version = true, max_term_width = 100, arg_required_else_help = true)]
 #[command(after_help = "\
 Examples:
-  servosim run alpha.toml                              run a scenario: figures, recording and plots
+  servosim run alpha.toml                              run a scenario: metrics, recording and plots
   servosim run heart --set axes.x.pdff.kpp=120         the same with another gain
   servosim sweep alpha --vary axes.x.pdff.kpp=60:140:81   the same at 81 gains: tables and a plot
   servosim tune alpha.toml                             better gains, as output/alpha-tuned.toml
@@ -74,7 +74,7 @@ struct Cli {
 
 #[derive(Debug, Subcommand)]
 enum Command {
-    /// Run a scenario and print its figures
+    /// Run a scenario and print its metrics
     Run(run::RunArgs),
     /// Search gains with a smaller contouring error that keep stability margin
     Tune(tune::TuneArgs),

@@ -1,4 +1,4 @@
-//! What every command that gives figures takes: where files go and what is printed. Standard output, and numbers for people.
+//! What every command that gives metrics takes: where files go and what is printed. Standard output, and numbers for people.
 
 use std::fs;
 use std::io::{self, Write};
@@ -27,7 +27,7 @@ pub(crate) struct OutputArgs {
 /// What is printed.
 #[derive(Debug, Args)]
 pub(crate) struct PrintArgs {
-    /// What to print: a table, or the figures as one JSON object and nothing else
+    /// What to print: a table, or the metrics as one JSON object and nothing else
     #[arg(long, value_enum, default_value = "table")]
     format: Format,
     /// Print no table, no progress and no notes: only errors, what is broken, and the JSON if asked for
@@ -61,10 +61,10 @@ pub(crate) enum Format {
 }
 
 impl PrintArgs {
-    /// Prints the figures in the form that was asked for.
-    pub(crate) fn show(&self, figures: &impl Serialize, table: impl FnOnce() -> String) -> Result<(), CliError> {
+    /// Prints the metrics in the form that was asked for.
+    pub(crate) fn show(&self, metrics: &impl Serialize, table: impl FnOnce() -> String) -> Result<(), CliError> {
         match self.format {
-            Format::Json => print(&json(figures)?),
+            Format::Json => print(&json(metrics)?),
             Format::Table if !self.quiet => print(&table()),
             Format::Table => Ok(()),
         }
@@ -149,7 +149,7 @@ pub(crate) fn percent(share: f64) -> String {
 }
 
 /// A number with about `digits` digits, and no more decimals than that needs.
-pub(crate) fn figure(value: f64, digits: usize) -> String {
+pub(crate) fn significant(value: f64, digits: usize) -> String {
     if value == 0.0 {
         return "0".to_owned();
     }
@@ -167,7 +167,7 @@ pub(crate) fn figure(value: f64, digits: usize) -> String {
 
 /// As [`figure`], without zeros at the end of the decimals.
 pub(crate) fn short(value: f64, digits: usize) -> String {
-    let text = figure(value, digits);
+    let text = significant(value, digits);
     if text.contains('.') && !text.contains('e') {
         text.trim_end_matches('0').trim_end_matches('.').to_owned()
     } else {
@@ -180,15 +180,15 @@ mod tests {
     use super::*;
 
     #[test]
-    fn figures_keep_their_digits() {
-        assert_eq!(figure(27.026891, 5), "27.027");
-        assert_eq!(figure(49127.2447, 6), "49127.2");
-        assert_eq!(figure(0.129867327, 6), "0.129867");
-        assert_eq!(figure(1777.7427, 5), "1777.7");
-        assert_eq!(figure(f64::INFINITY, 5), "infinite");
-        assert_eq!(figure(0.0, 5), "0");
-        assert_eq!(figure(1.5e-7, 3), "1.50e-7");
-        assert_eq!(figure(123_456_789.0, 4), "123456789");
+    fn metrics_keep_their_digits() {
+        assert_eq!(significant(27.026891, 5), "27.027");
+        assert_eq!(significant(49127.2447, 6), "49127.2");
+        assert_eq!(significant(0.129867327, 6), "0.129867");
+        assert_eq!(significant(1777.7427, 5), "1777.7");
+        assert_eq!(significant(f64::INFINITY, 5), "infinite");
+        assert_eq!(significant(0.0, 5), "0");
+        assert_eq!(significant(1.5e-7, 3), "1.50e-7");
+        assert_eq!(significant(123_456_789.0, 4), "123456789");
         assert_eq!(short(50_000.0, 5), "50000");
         assert_eq!(short(8.12, 5), "8.12");
         assert_eq!(short(30.0, 5), "30");

@@ -2,12 +2,12 @@
 
 use std::path::PathBuf;
 
-use crate::machining::{DeviationMap, Inspection, PartFigures};
-use crate::report::{DeviationPanel, DeviationPicture, MoveKind, PathMove, PathPicture, ReportError};
+use crate::machining::{DeviationMap, Inspection, PartMetrics};
+use crate::report::{DeviationPicture, DeviationSubplot, MoveKind, PathMove, PathPicture, ReportError};
 use crate::scenario::{Part, ToolPathSummary};
 use crate::toolpath::plan::{Move, Stretch, ToolPath};
 
-use super::output::{figure, short};
+use super::output::{short, significant};
 
 /// Points that every piece of a curve is drawn with; what cannot be seen of them is left out.
 const POINTS_A_SPAN: u32 = 16;
@@ -41,10 +41,10 @@ pub(crate) fn of_path(
     };
     PathPicture {
         name: part.name.clone(),
-        facts: format!(
-            "{} rings, {} mm on the surface, {} air moves; {blocks}",
+        caption: format!(
+            "{} rings, {} mm on the surface, {} rapid moves; {blocks}",
             summary.rings,
-            figure(summary.feed_length_mm, 5),
+            significant(summary.feed_length_mm, 5),
             summary.air_moves,
         ),
         moves,
@@ -68,29 +68,29 @@ fn drawn(stretch: &Stretch, as_curve: bool) -> Vec<[f64; 3]> {
 /// Deviation maps side by side.
 pub(crate) fn of_maps(
     part: &Part,
-    maps: &[(&str, &DeviationMap, &PartFigures)],
+    maps: &[(&str, &DeviationMap, &PartMetrics)],
     write: impl FnOnce(&DeviationPicture<'_>) -> Result<Vec<PathBuf>, ReportError>,
 ) -> Result<Vec<PathBuf>, ReportError> {
-    let facts: Vec<String> = maps
+    let caption: Vec<String> = maps
         .iter()
-        .map(|(_, _, figures)| {
+        .map(|(_, _, metrics)| {
             format!(
                 "scallop {} µm, gouge {} µm",
-                figure(figures.largest_scallop_um, 4),
-                figure(figures.deepest_gouge_um, 4)
+                significant(metrics.largest_scallop_um, 4),
+                significant(metrics.deepest_gouge_um, 4)
             )
         })
         .collect();
     let cell = maps.first().map_or(0.0, |(_, map, _)| map.cell_mm());
     write(&DeviationPicture {
         name: &part.name,
-        facts: &format!("deviation from the surface, along its normal; cells of {} mm", short(cell, 3)),
+        caption: &format!("deviation from the surface, along its normal; cells of {} mm", short(cell, 3)),
         maps: maps
             .iter()
-            .zip(&facts)
-            .map(|((title, map, _), facts)| DeviationPanel {
+            .zip(&caption)
+            .map(|((title, map, _), caption)| DeviationSubplot {
                 title,
-                facts,
+                caption,
                 low_mm: map.low_mm(),
                 cell_mm: map.cell_mm(),
                 columns: map.size()[0],

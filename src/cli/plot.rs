@@ -6,7 +6,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 
 use crate::feedrate::{Motion, Profile, optimize_n_c};
 use crate::recording::{Recording, Sample, Third};
-use crate::report::{self, AxisLoads, PlotSample, RunData, RunFacts};
+use crate::report::{self, AxisLoads, PlotSample, RunData, RunMetadata};
 use crate::scenario::{Document, FeedProfile, Scenario};
 use clap::{Args, ValueEnum};
 
@@ -67,7 +67,7 @@ pub(crate) fn run(args: &PlotArgs) -> Result<Outcome, CliError> {
     let mut runs = files.iter().map(|file| load(file, None)).collect::<Result<Vec<_>, _>>()?;
     let stem = match &args.name {
         Some(name) => name.clone(),
-        None => runs.iter().map(|run| run.facts().name.as_str()).take(4).collect::<Vec<_>>().join("-vs-"),
+        None => runs.iter().map(|run| run.metadata().name.as_str()).take(4).collect::<Vec<_>>().join("-vs-"),
     };
     tell_apart(&mut runs, &files);
     make_folder(&args.output)?;
@@ -99,12 +99,12 @@ pub(crate) fn find(name: &Path) -> PathBuf {
 
 /// Runs of the same name get that of their folder in front: `before/alpha` and `after/alpha`.
 fn tell_apart(runs: &mut [RunData], files: &[PathBuf]) {
-    let names: Vec<String> = runs.iter().map(|run| run.facts().name.clone()).collect();
+    let names: Vec<String> = runs.iter().map(|run| run.metadata().name.clone()).collect();
     for (i, (run, file)) in runs.iter_mut().zip(files).enumerate() {
-        let is_shared = names.iter().enumerate().any(|(j, name)| j != i && *name == run.facts().name);
+        let is_shared = names.iter().enumerate().any(|(j, name)| j != i && *name == run.metadata().name);
         if is_shared && let Some(folder) = file.parent().and_then(Path::file_name) {
-            let facts = run.facts_mut();
-            facts.name = format!("{}/{}", folder.to_string_lossy(), facts.name);
+            let metadata = run.metadata_mut();
+            metadata.name = format!("{}/{}", folder.to_string_lossy(), metadata.name);
         }
     }
 }
@@ -113,7 +113,7 @@ fn tell_apart(runs: &mut [RunData], files: &[PathBuf]) {
 ///
 /// A raised `stop` ends it: a long recording takes seconds to read.
 pub(crate) fn load(path: &Path, stop: Option<&AtomicBool>) -> Result<RunData, CliError> {
-    let mut data = RunData::new(RunFacts::default());
+    let mut data = RunData::new(RunMetadata::default());
     let is_stopped = || stop.is_some_and(|stop| stop.load(Ordering::Relaxed));
     let recording = Recording::read(path, |read| {
         if is_stopped() {
@@ -125,7 +125,7 @@ pub(crate) fn load(path: &Path, stop: Option<&AtomicBool>) -> Result<RunData, Cl
     .map_err(|error| {
         if is_stopped() { CliError::PlotsInterrupted { recording: path.to_owned() } } else { error.into() }
     })?;
-    *data.facts_mut() = facts(path, &recording);
+    *data.metadata_mut() = metadata(path, &recording);
     Ok(data)
 }
 
@@ -147,11 +147,11 @@ fn sample(Sample { servo, third, .. }: &Sample) -> PlotSample {
     }
 }
 
-fn facts(path: &Path, recording: &Recording) -> RunFacts {
+fn metadata(path: &Path, recording: &Recording) -> RunMetadata {
     let planned = |key: &str| recording.plan.get(key).and_then(|text| text.parse::<f64>().ok());
     let stem = || path.file_stem().map_or_else(String::new, |stem| stem.to_string_lossy().into_owned());
     let desired_path_mm = recording.desired_mm.clone();
-    let mut facts = RunFacts {
+    let mut metadata = RunMetadata {
         name: recording.run.get("name").cloned().unwrap_or_else(stem),
         period_s: planned("period_s").unwrap_or(0.0),
         three_axes: recording.axes > 2,
@@ -160,26 +160,26 @@ fn facts(path: &Path, recording: &Recording) -> RunFacts {
         closed: desired_path_mm.len() > 2 && desired_path_mm.first() == desired_path_mm.last(),
         desired_path_mm,
         warning: recording.cut_short.as_ref().map(|_| "the recording was cut short".to_owned()),
-        ..RunFacts::default()
+        ..RunMetadata::default()
     };
     if let Some(summary) = recording.summary() {
-        facts.warning = match (&summary.lockup, summary.complete) {
+        metadata.warning = match (&summary.lockup, summary.complete) {
             (Some(lockup), _) => Some(lockup.clone()),
             (None, false) => Some("the run was interrupted".to_owned()),
-            (None, true) => facts.warning,
+            (None, true) => metadata.warning,
         };
-        facts.limits = summary.limits;
-        facts.peak_jerk_mm_s3 = Some(summary.peak_jerk_mm_s3);
-        facts.n_c = summary.n_c;
-        facts.n_c_search = summary.n_c_search;
+        metadata.limits = summary.limits;
+        metadata.peak_jerk_mm_s3 = Some(summary.peak_jerk_mm_s3);
+        metadata.n_c = summary.n_c;
+        metadata.n_c_search = summary.n_c_search;
     }
     let scenario =
         recording.scenario.as_deref().and_then(|text| Document::from_text(text, "recording").scenario().ok());
     if let Some(scenario) = &scenario {
-        facts.comparison = comparison(scenario);
-        facts.axis_loads = axis_loads(scenario);
+        metadata.comparison = comparison(scenario);
+        metadata.axis_loads = axis_loads(scenario);
     }
-    facts
+    metadata
 }
 
 /// The other of the paper's two profiles, along the same path in the same time: the plain quintic, or for a quintic the
@@ -217,8 +217,8 @@ mod tests {
         let file = folder.path().join("a.mcap");
         let scenario = crate::scenario::Scenario::builtin("alpha").unwrap();
         let mut summary = scenario.summary_observer();
-        let facts = crate::recording::Facts::new("a", &scenario.source);
-        let mut recorder = crate::recording::Recorder::create(&file, facts).unwrap();
+        let metadata = crate::recording::RecordingMetadata::new("a", &scenario.source);
+        let mut recorder = crate::recording::Recorder::create(&file, metadata).unwrap();
         scenario.run(&mut [&mut summary, &mut recorder]).unwrap();
         recorder.finish(&summary.summary()).unwrap();
         assert!(load(&file, Some(&AtomicBool::new(false))).is_ok());

@@ -6,15 +6,17 @@ use std::path::{Path, PathBuf};
 
 use crate::analysis::DriveLoop;
 use crate::limits::{AXIS_NAMES, LimitCheck};
-use crate::machining::{DeviationMap, Inspection, MachinedPart, PartFigures, ProgramError, ProgramFacts, ProgramRun};
+use crate::machining::{
+    DeviationMap, Inspection, MachinedPart, PartMetrics, ProgramError, ProgramRun, ProgramStatistics,
+};
 use crate::nc::{Reader, Reading};
-use crate::recording::{Facts, Recorder};
+use crate::recording::{Recorder, RecordingMetadata};
 use crate::scenario::{Document, Part};
 use crate::simulation::{Ending, Observer};
 use crate::summary::{Summary, SummaryObserver};
 use serde::Serialize;
 
-use super::output::{figure, make_folder, note, printable};
+use super::output::{make_folder, note, printable, significant};
 use super::part_table;
 use super::progress::{Progress, Stages};
 use super::run::{RunArgs, stop_flag};
@@ -36,18 +38,18 @@ pub(crate) fn is_program(name: &str) -> bool {
         .is_some_and(|ending| ENDINGS.iter().any(|known| ending.eq_ignore_ascii_case(known)))
 }
 
-/// The figures of a run: those of any run, and those of the program and the part.
+/// The metrics of a run: those of any run, and those of the program and the part.
 #[derive(Debug, Serialize)]
 struct ProgramSummary<'a> {
     #[serde(flatten)]
     run: &'a Summary,
-    program: ProgramFigures,
+    program: ProgramMetrics,
     part: Option<PartPair>,
 }
 
 /// What stands in the program.
 #[derive(Debug, Serialize)]
-struct ProgramFigures {
+struct ProgramMetrics {
     file: String,
     rapid_blocks: u64,
     straight_blocks: u64,
@@ -62,8 +64,8 @@ struct ProgramFigures {
 /// The part as the program has it and as it is cut.
 #[derive(Debug, Serialize)]
 struct PartPair {
-    nominal: PartFigures,
-    as_cut: PartFigures,
+    nominal: PartMetrics,
+    as_cut: PartMetrics,
     /// Largest difference of the two, cell by cell, either way.
     largest_difference_um: f64,
     limits: Vec<LimitCheck>,
@@ -85,8 +87,8 @@ pub(crate) fn run(args: &RunArgs) -> Result<Outcome, CliError> {
     };
     let stop = stop_flag();
     let wrong = |error: ProgramError| CliError::program(&file, error);
-    let facts = ProgramFacts::of(open()?, &part.machine).map_err(wrong)?;
-    if facts.length_mm == 0.0 && facts.dwell_s == 0.0 {
+    let statistics = ProgramStatistics::of(open()?, &part.machine).map_err(wrong)?;
+    if statistics.length_mm == 0.0 && statistics.dwell_s == 0.0 {
         return Err(CliError::Usage(format!(
             "{}: the program moves nothing\nhelp: it holds no G00, G01, G02, G03 or NURBS block that leads anywhere",
             file.display()
@@ -103,20 +105,20 @@ pub(crate) fn run(args: &RunArgs) -> Result<Outcome, CliError> {
     };
 
     let recording = args.out.folder.join(format!("{name}.mcap"));
-    let mut recorder = Recorder::create(&recording, Facts::new(&name, &part.source))?;
+    let mut recorder = Recorder::create(&recording, RecordingMetadata::new(&name, &part.source))?;
     let recording_name = recording.file_name().map(|name| name.to_string_lossy().into_owned());
-    let mut figures = SummaryObserver::<3>::new(name.as_str()).with_recording(recording_name);
+    let mut metrics = SummaryObserver::<3>::new(name.as_str()).with_recording(recording_name);
     let mut progress = Progress::new(args.out.print.is_watched());
     let mut cut = inspection.as_ref().map(Inspection::part);
-    let mut observers: Vec<&mut dyn Observer<3>> = vec![&mut figures, &mut recorder, &mut progress];
+    let mut observers: Vec<&mut dyn Observer<3>> = vec![&mut metrics, &mut recorder, &mut progress];
     if let Some(cut) = &mut cut {
         observers.push(cut);
     }
     let drives = Some((&part.drives, part.cross_coupling.as_ref()));
     let simulation = ProgramRun::with_drives(open()?, &part.machine, drives).map_err(wrong)?;
-    let ending = simulation.run(&facts, &part.limits, Some(&stop), &mut observers).map_err(wrong)?;
+    let ending = simulation.run(&statistics, &part.limits, Some(&stop), &mut observers).map_err(wrong)?;
     progress.finish();
-    let summary = figures.summary();
+    let summary = metrics.summary();
     if ending == Ending::Interrupted {
         let saved = recorder.interrupted(&summary)?.path.unwrap_or(recording);
         let time_s = summary.samples.saturating_sub(1) as f64 * summary.period_s;
@@ -134,7 +136,7 @@ pub(crate) fn run(args: &RunArgs) -> Result<Outcome, CliError> {
         _ => None,
     };
     let pair = maps.as_ref().map(|(nominal, as_cut)| compared(&part, nominal, as_cut));
-    let summary = ProgramSummary { run: &summary, program: of_program(&file, &facts), part: pair };
+    let summary = ProgramSummary { run: &summary, program: of_program(&file, &statistics), part: pair };
     args.out.print.show(&summary, || table(&summary))?;
     if let Some(format) = args.out.plots.format() {
         let data = plot::load(&written[0], Some(&stop))?;
@@ -170,14 +172,14 @@ pub(crate) fn run(args: &RunArgs) -> Result<Outcome, CliError> {
 
 /// The part as the program has it beside the part as it is cut.
 fn compared(part: &Part, nominal: &DeviationMap, as_cut: &DeviationMap) -> PartPair {
-    let of = |map| PartFigures::of(map, part.options.scallop_mm, part.options.tolerance_mm);
+    let of = |map| PartMetrics::of(map, part.options.scallop_mm, part.options.tolerance_mm);
     let (before, after) = (of(nominal), of(as_cut));
     let limits = &part.part_limits;
     let names = ["nominal_scallop_um", "nominal_gouge_um"];
     let mut checks = before.check(names, limits.nominal_scallop_um, limits.nominal_gouge_um);
     let names = ["as_cut_scallop_um", "as_cut_gouge_um"];
     checks.extend(after.check(names, limits.as_cut_scallop_um, limits.as_cut_gouge_um));
-    let difference = as_cut.minus(nominal).and_then(|map| map.figures(0.0..=0.0).worst());
+    let difference = as_cut.minus(nominal).and_then(|map| map.metrics(0.0..=0.0).worst());
     PartPair {
         nominal: before,
         as_cut: after,
@@ -201,17 +203,17 @@ fn part_of(args: &RunArgs, file: &Path) -> Result<(Part, bool), CliError> {
     Ok((document.part()?, comes_alone))
 }
 
-fn of_program(file: &Path, facts: &ProgramFacts) -> ProgramFigures {
-    ProgramFigures {
+fn of_program(file: &Path, statistics: &ProgramStatistics) -> ProgramMetrics {
+    ProgramMetrics {
         file: file.file_name().map_or_else(String::new, |name| name.to_string_lossy().into_owned()),
-        rapid_blocks: facts.blocks.rapid,
-        straight_blocks: facts.blocks.linear,
-        arcs: facts.blocks.arc,
-        nurbs: facts.blocks.nurbs,
-        control_points: facts.blocks.control_points,
-        feed_length_mm: facts.feed_length_mm,
-        rapid_length_mm: facts.rapid_length_mm,
-        dwell_s: facts.dwell_s,
+        rapid_blocks: statistics.blocks.rapid,
+        straight_blocks: statistics.blocks.linear,
+        arcs: statistics.blocks.arc,
+        nurbs: statistics.blocks.nurbs,
+        control_points: statistics.blocks.control_points,
+        feed_length_mm: statistics.feed_length_mm,
+        rapid_length_mm: statistics.rapid_length_mm,
+        dwell_s: statistics.dwell_s,
     }
 }
 
@@ -227,15 +229,15 @@ fn table(summary: &ProgramSummary<'_>) -> String {
         &mut out,
         &[
             ("motions", motions.to_string(), "", blocks),
-            ("length at the feed", figure(program.feed_length_mm, 6), "mm", String::new()),
-            ("length in the air", figure(program.rapid_length_mm, 5), "mm", String::new()),
+            ("length at the feed", significant(program.feed_length_mm, 6), "mm", String::new()),
+            ("rapid length", significant(program.rapid_length_mm, 5), "mm", String::new()),
         ],
     );
-    table::figures(&mut out, summary.run);
+    table::metrics(&mut out, summary.run);
     if let Some(pair) = &summary.part {
         section(&mut out, &part_table::part("nominal", &pair.nominal));
         let mut rows = part_table::part("as cut", &pair.as_cut);
-        let difference = figure(pair.largest_difference_um, 4);
+        let difference = significant(pair.largest_difference_um, 4);
         rows.push(("largest difference", difference, "µm", "as cut against nominal, cell by cell".to_owned()));
         section(&mut out, &rows);
     }

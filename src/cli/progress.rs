@@ -7,7 +7,7 @@ use crate::optimize::Value;
 use crate::simulation::{Observer, ObserverError, Period, RunPlan};
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 
-use super::output::figure;
+use super::output::significant;
 
 /// A run shorter than this shows no bar.
 const PATIENCE: Duration = Duration::from_millis(500);
@@ -121,7 +121,7 @@ impl SearchProgress {
         bar.set_length(budget as u64);
         bar.set_position(evaluations as u64);
         bar.set_message(if best.is_feasible() {
-            format!("best {} {}", figure(best.objective, 4), self.unit)
+            format!("best {} {}", significant(best.objective, 4), self.unit)
         } else {
             "no allowed gains yet".to_owned()
         });

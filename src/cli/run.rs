@@ -1,4 +1,4 @@
-//! `servosim run`: runs a scenario, records it, plots it and prints its figures.
+//! `servosim run`: runs a scenario, records it, plots it and prints its metrics.
 
 use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -7,7 +7,7 @@ use std::time::{Duration, Instant};
 
 use crate::comparison::{Column, Comparison};
 use crate::limits::AXIS_NAMES;
-use crate::recording::{Facts, Recorder};
+use crate::recording::{Recorder, RecordingMetadata};
 use crate::report;
 use crate::scenario::{Document, Scenario};
 use crate::simulation::{Ending, Observer};
@@ -30,12 +30,12 @@ Examples:
 What the drives do beside their models is switched on in the scenario, a table each:
   [axes.x.effects]     mismatch, encoder, noise, delay, dac, current_loop, two_mass, friction,
                        backlash, pitch, ripple, force; integration (how finely all that is computed)
-  [axes.x.remedies]    notch, low_pass, acceleration, friction, backlash, pitch, zero_phase
+  [axes.x.compensation]    notch, low_pass, acceleration, friction, backlash, pitch, zero_phase
   [axes.x.controller]  p_pi, pid, cascade
   [control.cross_coupling], and [[feedrate.override]], which turns the feed during the run
   learned.file         what `servosim learn` wrote, a correction of the commands
 `servosim schema` lists every key. A scenario with effects gets a table of what each costs, and its
-recording a topic /drives: what the drives tell in every control period.
+recording a topic /drives: the drive signals in every control period.
 
 SCENARIO is looked for as a file, then in the folder scenarios, then among the built-in ones (alpha, alpha-real, heart, star).
 A name that ends in .nc (.ngc .mpf .tap .gcode …) is an NC program: it runs on the machine of its part, PROGRAM.part.toml beside
@@ -56,7 +56,7 @@ pub(crate) struct RunArgs {
 /// What a control period takes in a recording, about.
 const BYTES_A_SAMPLE: u64 = 311;
 
-/// What the drives tell takes beside, where they are more than their model.
+/// The drive signals takes beside, where they are more than their model.
 const BYTES_A_SAMPLE_OF_DRIVES: u64 = 212;
 
 /// From this size on a recording is told of before it is written \[bytes\].
@@ -96,14 +96,14 @@ pub(crate) fn run(args: &RunArgs) -> Result<Outcome, CliError> {
     }
     let path = args.out.folder.join(format!("{}.mcap", scenario.name));
     let replaces = path.is_file();
-    let mut recorder = Recorder::create(&path, Facts::new(&scenario.name, &scenario.source))?;
+    let mut recorder = Recorder::create(&path, RecordingMetadata::new(&scenario.name, &scenario.source))?;
     let name = path.file_name().map(|name| name.to_string_lossy().into_owned());
-    let mut figures = scenario.summary_observer().with_recording(name);
+    let mut metrics = scenario.summary_observer().with_recording(name);
     let mut progress = Progress::new(args.out.print.is_watched());
-    let mut observers: Vec<&mut dyn Observer<2>> = vec![&mut figures, &mut recorder, &mut progress];
+    let mut observers: Vec<&mut dyn Observer<2>> = vec![&mut metrics, &mut recorder, &mut progress];
     let ending = simulation.run(&scenario.limits, Some(&stop), &mut observers)?;
     progress.finish();
-    let summary = figures.summary();
+    let summary = metrics.summary();
     let effects = effects(&scenario, &stop);
     let show = || args.out.print.show(&summary, || table::table(&summary) + &effects);
     if ending == Ending::Interrupted {
@@ -115,7 +115,7 @@ pub(crate) fn run(args: &RunArgs) -> Result<Outcome, CliError> {
     recorder.finish(&summary)?;
     let mut written = vec![path];
     let plots = plots(args, &scenario.name, &written[0], &stop);
-    // Figures and recording are there whatever becomes of the plots.
+    // Metrics and recording are there whatever becomes of the plots.
     show()?;
     let plots = plots.map(|files| written.extend(files));
     if !args.out.print.quiet {

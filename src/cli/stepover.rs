@@ -6,7 +6,7 @@ use crate::report::{StepoverPicture, StepoverRow};
 use clap::Args;
 use serde::Serialize;
 
-use super::output::{OutputArgs, figure, make_folder, percent, short};
+use super::output::{OutputArgs, make_folder, percent, short, significant};
 use super::{CliError, Outcome, plot};
 
 /// Most scallop heights that a plot can tell apart, and most curvature radii that it can mark.
@@ -108,10 +108,10 @@ fn table(comparison: &Comparison) -> String {
         line([
             curvature,
             short(row.scallop_mm, 4),
-            figure(row.exact_mm, 5),
-            figure(row.fast_mm, 5),
+            significant(row.exact_mm, 5),
+            significant(row.fast_mm, 5),
             off(row.error_percent),
-            figure(row.flat_mm, 5),
+            significant(row.flat_mm, 5),
             off(row.flat_error_percent),
         ]);
     }
@@ -121,5 +121,5 @@ fn table(comparison: &Comparison) -> String {
 
 /// Three digits of a small share, one decimal of a large one.
 fn off(share: f64) -> String {
-    if (1e-3..10.0).contains(&share) { format!("{} %", figure(share, 4)) } else { format!("{} %", percent(share)) }
+    if (1e-3..10.0).contains(&share) { format!("{} %", significant(share, 4)) } else { format!("{} %", percent(share)) }
 }

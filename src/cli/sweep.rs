@@ -7,13 +7,13 @@ use std::time::Instant;
 
 use crate::scenario::Document;
 use crate::sweep::{
-    Exported, Figure, Journal, Method, Outcome, PERCENTILES, Plan, Session, Shard, Start, Sweep, SweepError, Value,
+    Exported, Journal, Method, Metric, Outcome, PERCENTILES, Plan, Session, Shard, Start, Sweep, SweepError, Value,
     export,
 };
 use clap::{Args, ValueEnum};
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 
-use super::output::{OutputArgs, figure, make_folder, note, percent, printable, short};
+use super::output::{OutputArgs, make_folder, note, percent, printable, short, significant};
 use super::{CliError, Outcome as Found, is_watched, plot, run};
 
 /// Arguments of `servosim sweep`.
@@ -61,7 +61,7 @@ pub(crate) struct SweepArgs {
     #[arg(long, value_name = "SEED", default_value_t = 1)]
     seed: u64,
     /// Add the margins of every point's loops to the tables (peak sensitivity, gain, phase and delay margins of both axes, as
-    /// `servosim analyze` gives them: of the drives as they are)
+    /// `servosim analyze` gives them: of the detailed drive model)
     #[arg(long)]
     margins: bool,
     /// Compute the I-th of N parts only, for `servosim merge`
@@ -74,12 +74,12 @@ pub(crate) struct SweepArgs {
     finish: FinishArgs,
 }
 
-/// What is made of the figures, by `sweep` and by `merge`.
+/// What is made of the metrics, by `sweep` and by `merge`.
 #[derive(Debug, Args)]
 pub(crate) struct FinishArgs {
-    /// The figure that the plot, the best point and the percentiles are of: a column of the tables
+    /// The metric that the plot, the best point and the percentiles are of: a column of the tables
     #[arg(long, value_name = "COLUMN", default_value = "max_contour_error_um", value_parser = figure_of)]
-    figure: Figure,
+    metric: Metric,
     #[command(flatten)]
     out: OutputArgs,
 }
@@ -111,9 +111,9 @@ fn shard(text: &str) -> Result<Shard, String> {
     }
 }
 
-fn figure_of(name: &str) -> Result<Figure, String> {
-    Figure::find(name).ok_or_else(|| {
-        let known: Vec<&str> = Figure::all(true).map(Figure::name).collect();
+fn figure_of(name: &str) -> Result<Metric, String> {
+    Metric::find(name).ok_or_else(|| {
+        let known: Vec<&str> = Metric::all(true).map(Metric::name).collect();
         format!("known here: {}", known.join(", "))
     })
 }
@@ -124,7 +124,7 @@ pub(crate) fn run(args: &SweepArgs) -> Result<Found, CliError> {
     for key_value in &args.set {
         document.set(key_value)?;
     }
-    let margins = args.margins || args.finish.figure.is_margin();
+    let margins = args.margins || args.finish.metric.is_margin();
     let plan = Plan { method: args.method.map(Method::from), samples: args.samples, seed: args.seed, margins };
     let sweep = Sweep::new(&document, &args.vary, &plan)?;
     let stop = run::stop_flag();
@@ -197,7 +197,7 @@ impl FinishArgs {
     /// Writes tables and plot, and tells what came of the sweep.
     pub(crate) fn write(&self, sweep: &Sweep, journals: &[Journal], stop: &AtomicBool) -> Result<Found, CliError> {
         let Exported { mut files, outcome, picture } =
-            export(sweep, journals, &self.out.folder, self.figure, Some(stop))?;
+            export(sweep, journals, &self.out.folder, self.metric, Some(stop))?;
         self.out.print.show(&outcome, || table(&outcome))?;
         let plots = match self.out.plots.format() {
             Some(format) => picture.write(&self.out.folder, format).map(|plots| files.extend(plots)),
@@ -229,23 +229,23 @@ fn table(outcome: &Outcome) -> String {
         let share = format!("{:>5} %", percent(100.0 * *count as f64 / outcome.points.max(1) as f64));
         let _ = writeln!(out, "{}", format!("  {name:<12} {count:>width$}  {share}  {remark}").trim_end());
     }
-    let measured = Figure::find(&outcome.figure);
-    let (title, unit) = measured.map_or((outcome.figure.as_str(), ""), |figure| (figure.title(), figure.unit()));
+    let measured = Metric::find(&outcome.metric);
+    let (title, unit) = measured.map_or((outcome.metric.as_str(), ""), |metric| (metric.title(), metric.unit()));
     if let Some(percentiles) = outcome.percentiles {
         let _ = writeln!(out, "\n  {title}{}", if unit.is_empty() { String::new() } else { format!(" [{unit}]") });
         for (percent, value) in PERCENTILES.iter().zip(percentiles) {
             let name = if *percent == 100 { "largest".to_owned() } else { format!("{percent} %") };
-            let _ = writeln!(out, "  {name:>12}  {:>12}", figure(value, 5));
+            let _ = writeln!(out, "  {name:>12}  {:>12}", significant(value, 5));
         }
     }
     if let Some(best) = &outcome.best {
         let _ = writeln!(out, "\n  best point: {}", best.index);
-        let names = outcome.variables.iter().chain(&outcome.figures);
+        let names = outcome.variables.iter().chain(&outcome.metrics);
         let width = names.map(String::len).max().unwrap_or(0);
         for (key, value) in outcome.variables.iter().zip(&best.values) {
             let _ = writeln!(out, "    {key:<width$}  {}", value.number().map_or(value.to_string(), value_of));
         }
-        for (name, value) in outcome.figures.iter().zip(&best.figures) {
+        for (name, value) in outcome.metrics.iter().zip(&best.metrics) {
             let _ = writeln!(out, "    {name:<width$}  {}", figure_of_point(*value));
         }
     } else {
@@ -260,12 +260,12 @@ fn value_of(value: f64) -> String {
     Value::Number(format!("{value:.7e}").parse().unwrap_or(value)).to_string()
 }
 
-/// A figure of the best point: five digits also of a margin of a millisecond, in seconds.
+/// A metric of the best point: five digits also of a margin of a millisecond, in seconds.
 fn figure_of_point(value: f64) -> String {
     let magnitude = value.abs();
     if !(1e-4..1.0).contains(&magnitude) {
-        return figure(value, 5);
+        return significant(value, 5);
     }
     let zeros = [0.1, 0.01, 0.001].iter().filter(|bound| magnitude < **bound).count();
-    figure(value, 5 + zeros)
+    significant(value, 5 + zeros)
 }

@@ -1,11 +1,11 @@
-//! The figures of a run as a table for people.
+//! The metrics of a run as a table for people.
 
 use std::fmt::Write as _;
 
 use crate::limits::LimitCheck;
 use crate::summary::{AxisSummary, OverrideSummary, Summary};
 
-use super::output::{figure, margin, percent, printable, short};
+use super::output::{margin, percent, printable, short, significant};
 
 /// Label, value, unit and remark.
 pub(crate) type Row = (&'static str, String, &'static str, String);
@@ -16,14 +16,14 @@ const LISTED_OVERRIDES: usize = 10;
 /// The table, ending in a newline.
 pub(crate) fn table(summary: &Summary) -> String {
     let mut out = format!("{}\n\n", printable(&summary.scenario));
-    figures(&mut out, summary);
+    metrics(&mut out, summary);
     limit_lines(&mut out, &summary.limits, "no limits in the scenario");
     lockup(&mut out, summary);
     out
 }
 
 /// What was asked for and what came of it.
-pub(crate) fn figures(out: &mut String, summary: &Summary) {
+pub(crate) fn metrics(out: &mut String, summary: &Summary) {
     section(out, &plan(summary));
     section(out, &errors(summary));
 }
@@ -47,7 +47,7 @@ pub(crate) fn broken(limits: &[LimitCheck]) -> Vec<String> {
         format!(
             "limit {} broken: {} of {}, {}",
             check.name,
-            figure(check.value, 5),
+            significant(check.value, 5),
             short(check.limit, 5),
             margin(check.value, check.limit)
         )
@@ -57,7 +57,7 @@ pub(crate) fn broken(limits: &[LimitCheck]) -> Vec<String> {
 
 /// What was asked for.
 fn plan(summary: &Summary) -> Vec<Row> {
-    let row = |label, value, digits, unit| (label, figure(value, digits), unit, String::new());
+    let row = |label, value, digits, unit| (label, significant(value, digits), unit, String::new());
     let ended = if summary.complete { "" } else { ", interrupted" };
     let every = format!("every {} ms{ended}", short(1e3 * summary.period_s, 6));
     let searched = summary.n_c_search.as_ref().map(|steps| steps.len().saturating_sub(1));
@@ -73,7 +73,7 @@ fn plan(summary: &Summary) -> Vec<Row> {
         ("samples", summary.samples.to_string(), "", every),
         row("feed reached", summary.feed_mm_s, 6, "mm/s"),
         row("peak acceleration", summary.peak_accel_mm_s2, 5, "mm/s²"),
-        ("peak jerk", figure(summary.peak_jerk_mm_s3, 5), "mm/s³", exponent),
+        ("peak jerk", significant(summary.peak_jerk_mm_s3, 5), "mm/s³", exponent),
     ];
     for change in summary.overrides.iter().take(LISTED_OVERRIDES) {
         let label = if change.percent > 0.0 { "feed override" } else { "feed hold" };
@@ -109,16 +109,16 @@ fn errors(summary: &Summary) -> Vec<Row> {
         summary.axes.iter().map(|axis| format!("{} {}", axis.axis, pick(axis))).collect::<Vec<_>>().join(", ")
     };
     let row = |label, value, digits, unit, pick: fn(&AxisSummary) -> f64| {
-        (label, figure(value, digits), unit, axes(&|axis| figure(pick(axis), digits)))
+        (label, significant(value, digits), unit, axes(&|axis| significant(pick(axis), digits)))
     };
     let at = format!(
         "at {} s, {} mm along the path",
-        figure(summary.max_contour_error_at_s, 4),
-        figure(summary.max_contour_error_at_mm, 5)
+        significant(summary.max_contour_error_at_s, 4),
+        significant(summary.max_contour_error_at_mm, 5)
     );
     vec![
-        ("max contouring error", figure(summary.max_contour_error_um, 5), "µm", at),
-        ("rms contouring error", figure(summary.rms_contour_error_um, 5), "µm", String::new()),
+        ("max contouring error", significant(summary.max_contour_error_um, 5), "µm", at),
+        ("rms contouring error", significant(summary.rms_contour_error_um, 5), "µm", String::new()),
         row("max tracking error", summary.max_tracking_error_um, 5, "µm", |a| a.max_tracking_error_um),
         row("rms tracking error", summary.rms_tracking_error_um, 5, "µm", |a| a.rms_tracking_error_um),
         row("peak voltage", summary.peak_voltage_v, 4, "V", |a| a.peak_voltage_v),
@@ -158,7 +158,7 @@ pub(crate) fn limit_lines(out: &mut String, limits: &[LimitCheck], none: &str) {
             out,
             "  limit {:<18} {kept}  {} of {}, {}",
             check.name,
-            figure(check.value, 5),
+            significant(check.value, 5),
             short(check.limit, 5),
             margin(check.value, check.limit)
         );

@@ -13,7 +13,7 @@ use clap::Args;
 use rayon::ThreadPoolBuilder;
 use serde::Serialize;
 
-use super::output::{PrintArgs, figure, make_folder, margin, note, printable, short};
+use super::output::{PrintArgs, make_folder, margin, note, printable, short, significant};
 use super::run::stop_flag;
 use super::{CliError, Outcome, junit, tell};
 
@@ -270,7 +270,7 @@ fn broken(result: &Tested) -> Vec<String> {
 /// `27.027 of 30, 9.9 % to spare`
 pub(super) fn held(check: &LimitCheck) -> String {
     let LimitCheck { value, limit, .. } = *check;
-    format!("{} of {}, {}", figure(value, 5), short(limit, 5), margin(value, limit))
+    format!("{} of {}, {}", significant(value, 5), short(limit, 5), margin(value, limit))
 }
 
 fn table(suite: &Suite<'_>) -> String {
@@ -286,7 +286,7 @@ fn table(suite: &Suite<'_>) -> String {
         let told = |text: &str| [text.to_owned(), String::new(), String::new(), String::new(), String::new()];
         for LimitCheck { name, value, limit, kept } in &result.limits {
             let verdict = if *kept { "kept" } else { "BROKEN" }.to_owned();
-            row([name.clone(), verdict, figure(*value, 5), short(*limit, 5), margin(*value, *limit)]);
+            row([name.clone(), verdict, significant(*value, 5), short(*limit, 5), margin(*value, *limit)]);
         }
         match result.verdict {
             Verdict::Unusable => row(told("CANNOT BE USED")),

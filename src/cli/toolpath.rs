@@ -2,7 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
-use crate::machining::{Inspection, PartFigures, ProgramFacts};
+use crate::machining::{Inspection, PartMetrics, ProgramStatistics};
 use crate::nc::{Reader, Reading};
 use crate::report::write_file;
 use crate::scenario::{Document, Part, PlannedProgram, ToolPathSummary};
@@ -53,13 +53,13 @@ pub(crate) fn run(args: &ToolpathArgs) -> Result<Outcome, CliError> {
     stages.begin("cutting the part");
     // What is checked is what stands in the file.
     let blocks = || Reader::new(program.text.as_bytes(), file.display().to_string(), reading(&part));
-    let facts = ProgramFacts::of(blocks(), &part.machine).map_err(|error| CliError::program(&file, error))?;
+    let statistics = ProgramStatistics::of(blocks(), &part.machine).map_err(|error| CliError::program(&file, error))?;
     let inspection =
         Inspection::new(&*part.surface, part.cutter, &part.region, part.options.tolerance_mm, part.cell_mm)
             .map_err(|error| CliError::inspection(&file, error))?;
     let map = inspection.nominal(blocks()).map_err(|error| CliError::inspection(&file, error))?;
-    let nominal = PartFigures::of(&map, part.options.scallop_mm, part.options.tolerance_mm);
-    let summary = ToolPathSummary::new(&part, &path, &program, &facts, nominal);
+    let nominal = PartMetrics::of(&map, part.options.scallop_mm, part.options.tolerance_mm);
+    let summary = ToolPathSummary::new(&part, &path, &program, &statistics, nominal);
     drop(stages);
     if let Some(format) = args.out.plots.format() {
         written.extend(pictures::of_path(&part, &path, &inspection, &summary).write(

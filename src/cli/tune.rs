@@ -6,12 +6,12 @@ use std::sync::atomic::Ordering;
 use crate::report::{self, Convergence};
 use crate::scenario::{Document, Scenario};
 use crate::tuning::{
-    Constraints, Findings, Gain, Method, Objective, Problem, Tuned, Tuning, TuningError, Uncertainty, Variable,
-    findings,
+    Constraints, Gain, Method, Objective, Problem, Tuned, Tuning, TuningError, TuningReport, Uncertainty, Variable,
+    report,
 };
 use clap::{Args, ValueEnum};
 
-use super::output::{OutputArgs, figure, make_folder};
+use super::output::{OutputArgs, make_folder, significant};
 use super::progress::SearchProgress;
 use super::run::stop_flag;
 use super::{CliError, Outcome, plot, tune_file, tune_table};
@@ -34,9 +34,9 @@ every plant of the uncertainty is stable, and no axis saturates or locks up.
 Bounds are by default a third to three times the scenario's own gain (kpp, kpv, kiv), half to twice
 (kpf, kvf), and for a gain of 0 from 0 to that of a stiff loop.
 
-Tuning runs the models of the axes, K/(1 + τ s) under PDFF control: effects and remedies of the drives
+Tuning runs the models of the axes, K/(1 + τ s) under PDFF control: effects and compensation of the drives
 take no part, and other controllers are refused. `servosim compare FILE --gains output/NAME-tuned.toml`
-judges the tuned gains on the drives as they are.
+judges the tuned gains on the detailed drive model.
 
 Writes NAME-tuned.toml, the scenario with its comments and the tuned gains, and NAME-tune.svg.
 
@@ -75,10 +75,10 @@ pub(crate) struct TuneArgs {
     /// How every start searches
     #[arg(long, value_enum, default_value = "cma-es")]
     method: MethodName,
-    /// How many points the search starts from: the scenario's own gains, the others drawn between the bounds
+    /// How many points the search starts from: the scenario's own gains, the others sampled between the bounds
     #[arg(long, value_name = "N", default_value_t = Tuning::default().starts)]
     starts: usize,
-    /// Seed of all that is drawn: the same seed gives the same answer
+    /// Seed of all that is sampled: the same seed gives the same answer
     #[arg(long, value_name = "SEED", default_value_t = 1)]
     seed: u64,
     /// How many gain sets are evaluated [default: what takes a few seconds]
@@ -133,22 +133,22 @@ pub(crate) fn run(args: &TuneArgs) -> Result<Outcome, CliError> {
     let progress = SearchProgress::new(args.out.print.is_watched(), "µm");
     let tuned = tuning.run(&problem, &stop, &|state| progress.show(state.evaluations, state.budget, state.best))?;
     progress.finish();
-    let findings = findings(&problem, &tuning, &tuned);
-    let tables = || if findings.feasible { tune_table::tables(&findings) } else { String::new() };
-    let show = || args.out.print.show(&findings, tables);
-    if !findings.feasible {
+    let report = report(&problem, &tuning, &tuned);
+    let tables = || if report.feasible { tune_table::tables(&report) } else { String::new() };
+    let show = || args.out.print.show(&report, tables);
+    if !report.feasible {
         show()?;
-        return Err(nothing_allowed(&findings));
+        return Err(nothing_allowed(&report));
     }
-    let tuned_file = make_folder(&args.out.folder).and_then(|()| file.write(&document, &findings));
-    let plots = tuned_file.is_ok().then(|| plot_convergence(args, &scenario, &findings, &tuned));
-    // The figures are shown whatever becomes of the files: with a full disk the gains in them are all that is left of the search.
+    let tuned_file = make_folder(&args.out.folder).and_then(|()| file.write(&document, &report));
+    let plots = tuned_file.is_ok().then(|| plot_convergence(args, &scenario, &report, &tuned));
+    // The metrics are shown whatever becomes of the files: with a full disk the gains in them are all that is left of the search.
     show()?;
     let mut written = vec![tuned_file?];
     let plots = plots.unwrap_or(Ok(Vec::new()));
     let plots = plots.map(|files| written.extend(files));
     args.out.print.note(&plot::wrote(&written));
-    if !findings.notes.is_empty() {
+    if !report.notes.is_empty() {
         // The table tells what the search did not see.
         let tuned = written.first().map_or(String::new(), |file| file.display().to_string());
         args.out.print.note(&format!(
@@ -213,27 +213,27 @@ fn uncertainty(text: &str) -> Result<Uncertainty, CliError> {
 }
 
 /// No gains keep the constraints: which ones are broken, and by how much at the closest.
-fn nothing_allowed(findings: &Findings) -> CliError {
+fn nothing_allowed(report: &TuningReport) -> CliError {
     let gains: Vec<String> =
-        findings.gains.iter().map(|gain| format!("{} = {}", gain.name, figure(gain.after, 5))).collect();
-    let begun = if findings.search.interrupted { "interrupted before any" } else { "no" };
+        report.gains.iter().map(|gain| format!("{} = {}", gain.name, significant(gain.after, 5))).collect();
+    let begun = if report.search.interrupted { "interrupted before any" } else { "no" };
     CliError::NothingAllowed(format!(
         "{begun} gains were found that keep every constraint; nothing was written. The closest ones ({}):\n  {}\nhelp: \
          loosen the limit (--max-ms, --min-delay-margin-ms, --uncertainty), widen the bounds (--vary), or search longer \
          (--budget, --starts)",
         gains.join(", "),
-        findings.broken.join("\n  ")
+        report.broken.join("\n  ")
     ))
 }
 
 fn plot_convergence(
     args: &TuneArgs,
     scenario: &Scenario,
-    findings: &Findings,
+    report: &TuningReport,
     tuned: &Tuned,
 ) -> Result<Vec<PathBuf>, CliError> {
     let Some(format) = args.out.plots.format() else { return Ok(Vec::new()) };
-    let subtitle = tune_table::headline(findings);
+    let subtitle = tune_table::headline(report);
     let searches = tuned.traces.iter().map(|trace| (trace.start, trace.steps.as_slice())).collect();
     let convergence = Convergence { name: &scenario.name, subtitle: &subtitle, unit: "µm", searches };
     Ok(report::write_convergence(&convergence, &args.out.folder, &scenario.name, format)?)

@@ -5,10 +5,10 @@ use std::io::{self, Read};
 use std::path::{Path, PathBuf};
 
 use crate::scenario::Document;
-use crate::tuning::Findings;
+use crate::tuning::TuningReport;
 
 use super::CliError;
-use super::output::{figure, printable};
+use super::output::{printable, significant};
 
 /// What every file of ours begins with.
 const MARK: &str = "# Tuned by servosim ";
@@ -56,16 +56,16 @@ impl Place {
     }
 
     /// Writes the scenario with the tuned gains: its own text, only the values changed.
-    pub(crate) fn write(&self, document: &Document, findings: &Findings) -> Result<PathBuf, CliError> {
+    pub(crate) fn write(&self, document: &Document, report: &TuningReport) -> Result<PathBuf, CliError> {
         // The file may have come into being since the search began.
         self.check()?;
         let mut tuned = document.clone();
         // What was learned with other gains, and is not seen from here.
         tuned.forget_learned()?;
-        for gain in findings.gains.iter().filter(|gain| gain.after != gain.before) {
+        for gain in report.gains.iter().filter(|gain| gain.after != gain.before) {
             tuned.set(&format!("{}={}", gain.key, gain.after))?;
         }
-        let text = |document: &Document| format!("{}{}", head(document, findings), without_head(document.text()));
+        let text = |document: &Document| format!("{}{}", head(document, report), without_head(document.text()));
         let mut whole = text(&tuned);
         if Document::from_text(whole.clone(), self.path.to_string_lossy()).scenario()?.name != self.name {
             // The text says what it is called; its output must not fall on that of the original.
@@ -78,23 +78,27 @@ impl Place {
 }
 
 /// First lines of the file: where it comes from.
-fn head(document: &Document, findings: &Findings) -> String {
+fn head(document: &Document, report: &TuningReport) -> String {
     let line = |text: &str| printable(text).replace('\n', " ");
     let origin = Path::new(document.origin()).file_name().map(|name| name.to_string_lossy().into_owned());
-    let error = |side: &crate::tuning::Side| side.figures.map_or(f64::NAN, |figures| figures.max_contour_error_um);
-    let ms: Vec<String> =
-        findings.after.axes.iter().map(|axis| format!("{} {}", axis.axis, figure(axis.peak_sensitivity, 5))).collect();
+    let error = |side: &crate::tuning::GainSet| side.metrics.map_or(f64::NAN, |metrics| metrics.max_contour_error_um);
+    let ms: Vec<String> = report
+        .after
+        .axes
+        .iter()
+        .map(|axis| format!("{} {}", axis.axis, significant(axis.peak_sensitivity, 5)))
+        .collect();
     format!(
         "{MARK}{} from {}: largest contouring error {} um -> {} um,\n# Ms {} (at most {}); {}, seed {}, {} evaluations.\n\n",
         env!("CARGO_PKG_VERSION"),
         line(&origin.unwrap_or_default()),
-        figure(error(&findings.before), 5),
-        figure(error(&findings.after), 4),
+        significant(error(&report.before), 5),
+        significant(error(&report.after), 4),
         ms.join(", "),
-        findings.search.max_ms,
-        findings.search.method,
-        findings.search.seed,
-        findings.search.evaluations,
+        report.search.max_ms,
+        report.search.method,
+        report.search.seed,
+        report.search.evaluations,
     )
 }
 

@@ -2,9 +2,9 @@
 
 use std::fmt::Write as _;
 
-use crate::tuning::{AxisMargins, Check, Figures, Findings, Side};
+use crate::tuning::{AxisMargins, Check, GainSet, Metrics, TuningReport};
 
-use super::output::{figure, percent, printable};
+use super::output::{percent, printable, significant};
 
 /// Label, before, after, unit and remark.
 struct Row {
@@ -16,8 +16,8 @@ struct Row {
 }
 
 /// All tables, ending in a newline.
-pub(crate) fn tables(findings: &Findings) -> String {
-    let mut out = format!("{}: {}\n\n", printable(&findings.scenario), headline(findings));
+pub(crate) fn tables(report: &TuningReport) -> String {
+    let mut out = format!("{}: {}\n\n", printable(&report.scenario), headline(report));
     let head = Row {
         label: String::new(),
         before: "before".to_owned(),
@@ -25,15 +25,15 @@ pub(crate) fn tables(findings: &Findings) -> String {
         unit: "",
         remark: String::new(),
     };
-    rows(&mut out, &head, &results(findings));
-    rows(&mut out, &head, &margins(findings));
-    rows(&mut out, &head, &gains(findings));
-    active(&mut out, findings);
-    sensitivities(&mut out, findings);
-    checks(&mut out, findings);
-    if !findings.notes.is_empty() {
+    rows(&mut out, &head, &results(report));
+    rows(&mut out, &head, &margins(report));
+    rows(&mut out, &head, &gains(report));
+    active(&mut out, report);
+    sensitivities(&mut out, report);
+    checks(&mut out, report);
+    if !report.notes.is_empty() {
         out.push_str("\n  not seen by the search\n");
-        for line in &findings.notes {
+        for line in &report.notes {
             let _ = writeln!(out, "    {line}");
         }
     }
@@ -41,8 +41,8 @@ pub(crate) fn tables(findings: &Findings) -> String {
 }
 
 /// One line: what was searched, and how.
-pub(crate) fn headline(findings: &Findings) -> String {
-    let search = &findings.search;
+pub(crate) fn headline(report: &TuningReport) -> String {
+    let search = &report.search;
     let objective = match search.objective {
         "rms" => "rms contouring error",
         "weighted" => "weighted max contouring error and peak voltage",
@@ -58,20 +58,21 @@ pub(crate) fn headline(findings: &Findings) -> String {
     format!("{objective}{worst}, {}, {starts}, {} evaluations{ended}", search.method, search.evaluations)
 }
 
-fn results(findings: &Findings) -> Vec<Row> {
-    let (before, after) = (&findings.before, &findings.after);
-    let row = |label: &str, digits: usize, unit, pick: &dyn Fn(&Figures) -> f64, remark: String| {
-        let value = |side: &Side| side.figures.as_ref().map_or_else(|| "-".to_owned(), |f| figure(pick(f), digits));
+fn results(report: &TuningReport) -> Vec<Row> {
+    let (before, after) = (&report.before, &report.after);
+    let row = |label: &str, digits: usize, unit, pick: &dyn Fn(&Metrics) -> f64, remark: String| {
+        let value =
+            |side: &GainSet| side.metrics.as_ref().map_or_else(|| "-".to_owned(), |f| significant(pick(f), digits));
         Row { label: label.to_owned(), before: value(before), after: value(after), unit, remark }
     };
-    let drawn = |label: &str, pick: &dyn Fn(&Side) -> f64, remark: String| Row {
+    let sampled = |label: &str, pick: &dyn Fn(&GainSet) -> f64, remark: String| Row {
         label: label.to_owned(),
-        before: figure(pick(before), 5),
-        after: figure(pick(after), 5),
+        before: significant(pick(before), 5),
+        after: significant(pick(after), 5),
         unit: "µm",
         remark,
     };
-    let search = &findings.search;
+    let search = &report.search;
     let box_of = if search.gain_uncertainty == search.time_constant_uncertainty {
         format!("gain and time constant ±{} %", percent(100.0 * search.gain_uncertainty))
     } else {
@@ -81,54 +82,54 @@ fn results(findings: &Findings) -> Vec<Row> {
             percent(100.0 * search.time_constant_uncertainty)
         )
     };
-    let trouble = |side: &Side| match (side.drawn.locked_up, side.drawn.saturated) {
+    let trouble = |side: &GainSet| match (side.sampled.locked_up, side.sampled.saturated) {
         (0, 0) => String::new(),
-        (0, saturated) => format!("; {saturated} of the {} saturate", side.drawn.plants),
-        (locked_up, _) => format!("; {locked_up} of the {} lock up", side.drawn.plants),
+        (0, saturated) => format!("; {saturated} of the {} saturate", side.sampled.plants),
+        (locked_up, _) => format!("; {locked_up} of the {} lock up", side.sampled.plants),
     };
     vec![
         row("max contouring error", 5, "µm", &|f| f.max_contour_error_um, String::new()),
         row("rms contouring error", 5, "µm", &|f| f.rms_contour_error_um, String::new()),
         row("max tracking error", 5, "µm", &|f| f.max_tracking_error_um, String::new()),
         row("peak voltage", 4, "V", &|f| f.peak_voltage_v.iter().copied().fold(0.0, f64::max), String::new()),
-        drawn(
-            &format!("worst of {} plants", after.drawn.plants),
-            &|side| side.drawn.worst_um,
+        sampled(
+            &format!("worst of {} plants", after.sampled.plants),
+            &|side| side.sampled.worst_um,
             format!("{box_of}, seed {}{}", search.seed, trouble(after)),
         ),
-        drawn("95 % of them below", &|side| side.drawn.percentile_95_um, String::new()),
+        sampled("95 % of them below", &|side| side.sampled.percentile_95_um, String::new()),
     ]
 }
 
-fn margins(findings: &Findings) -> Vec<Row> {
-    let search = &findings.search;
+fn margins(report: &TuningReport) -> Vec<Row> {
+    let search = &report.search;
     let mut rows = Vec::new();
-    let axes = || findings.before.axes.iter().zip(&findings.after.axes);
+    let axes = || report.before.axes.iter().zip(&report.after.axes);
     let mut add = |label: &str, unit, pick: &dyn Fn(&AxisMargins) -> String, remark: &str| {
         for (before, after) in axes() {
             let label = format!("{label}, axis {}", after.axis);
             rows.push(Row { label, before: pick(before), after: pick(after), unit, remark: remark.to_owned() });
         }
     };
-    add("Ms", "", &|axis| figure(axis.peak_sensitivity, 5), &format!("at most {}", search.max_ms));
+    add("Ms", "", &|axis| significant(axis.peak_sensitivity, 5), &format!("at most {}", search.max_ms));
     let least =
-        search.min_delay_margin_s.map(|limit| format!("at least {}", figure(1e3 * limit, 3))).unwrap_or_default();
-    add("delay margin", "ms", &|axis| figure(1e3 * axis.delay_margin_s, 4), &least);
-    add("phase margin", "deg", &|axis| figure(axis.phase_margin_deg, 4), "");
-    add("gain may fall to", "", &|axis| figure(axis.gain_down, 4), "times");
-    add("gain may rise to", "", &|axis| figure(axis.gain_up, 4), "times");
+        search.min_delay_margin_s.map(|limit| format!("at least {}", significant(1e3 * limit, 3))).unwrap_or_default();
+    add("delay margin", "ms", &|axis| significant(1e3 * axis.delay_margin_s, 4), &least);
+    add("phase margin", "deg", &|axis| significant(axis.phase_margin_deg, 4), "");
+    add("gain may fall to", "", &|axis| significant(axis.gain_down, 4), "times");
+    add("gain may rise to", "", &|axis| significant(axis.gain_up, 4), "times");
     rows
 }
 
-fn gains(findings: &Findings) -> Vec<Row> {
-    let row = |gain: &crate::tuning::GainFindings| Row {
+fn gains(report: &TuningReport) -> Vec<Row> {
+    let row = |gain: &crate::tuning::GainSensitivity| Row {
         label: gain.name.clone(),
-        before: figure(gain.before, 6),
-        after: figure(gain.after, 6),
+        before: significant(gain.before, 6),
+        after: significant(gain.after, 6),
         unit: gain.unit,
-        remark: format!("searched from {} to {}", figure(gain.lower, 3), figure(gain.upper, 3)),
+        remark: format!("searched from {} to {}", significant(gain.lower, 3), significant(gain.upper, 3)),
     };
-    findings.gains.iter().map(row).collect()
+    report.gains.iter().map(row).collect()
 }
 
 /// Rows with two columns of values, aligned at their decimal points.
@@ -178,38 +179,38 @@ impl Column {
 }
 
 // Writing to a string does not fail.
-fn active(out: &mut String, findings: &Findings) {
-    if findings.active.is_empty() {
+fn active(out: &mut String, report: &TuningReport) {
+    if report.active.is_empty() {
         out.push_str("  no limit and no bound is in the way\n\n");
         return;
     }
     out.push_str("  what is in the way of a smaller error\n");
-    for line in &findings.active {
+    for line in &report.active {
         let _ = writeln!(out, "    {line}");
     }
     out.push('\n');
 }
 
-fn sensitivities(out: &mut String, findings: &Findings) {
-    let unit = if findings.search.objective == "weighted" { "objective" } else { "error [µm]" };
+fn sensitivities(out: &mut String, report: &TuningReport) {
+    let unit = if report.search.objective == "weighted" { "objective" } else { "error [µm]" };
     let _ = writeln!(out, "  what one percent does  {unit:>14} -1 %     +1 %        Ms -1 %     +1 %");
-    for gain in &findings.gains {
+    for gain in &report.gains {
         let _ = writeln!(
             out,
             "    {:<20} {:>19} {:>8}  {:>13} {:>8}",
             gain.name,
-            figure(gain.objective_less, 4),
-            figure(gain.objective_more, 4),
-            figure(gain.ms_less, 5),
-            figure(gain.ms_more, 5)
+            significant(gain.objective_less, 4),
+            significant(gain.objective_more, 4),
+            significant(gain.ms_less, 5),
+            significant(gain.ms_more, 5)
         );
     }
     out.push('\n');
 }
 
-fn checks(out: &mut String, findings: &Findings) {
+fn checks(out: &mut String, report: &TuningReport) {
     out.push_str("  checked beyond the objective\n");
-    for check in &findings.checks {
+    for check in &report.checks {
         // Where the drive is at its limit no gains help: that is no merit of these.
         let saturates = check.after.is_some_and(|after| after.saturated_share > 0.0);
         let verdict = match (check.survives, saturates) {
@@ -223,7 +224,7 @@ fn checks(out: &mut String, findings: &Findings) {
 
 fn of_check(check: &Check) -> String {
     let Some(after) = &check.after else { return "it could not be run".to_owned() };
-    let before = check.before.as_ref().map(|f| format!(" ({} before)", figure(f.max_contour_error_um, 5)));
+    let before = check.before.as_ref().map(|f| format!(" ({} before)", significant(f.max_contour_error_um, 5)));
     let trouble = if after.locked_up {
         ", an axis locks up".to_owned()
     } else if after.saturated_share > 0.0 {
@@ -233,8 +234,8 @@ fn of_check(check: &Check) -> String {
     };
     format!(
         "max contouring error {} µm{}, peak voltage {} V{trouble}",
-        figure(after.max_contour_error_um, 4),
+        significant(after.max_contour_error_um, 4),
         before.unwrap_or_default(),
-        figure(after.peak_voltage_v.iter().copied().fold(0.0, f64::max), 4),
+        significant(after.peak_voltage_v.iter().copied().fold(0.0, f64::max), 4),
     )
 }

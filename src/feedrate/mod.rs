@@ -2,7 +2,7 @@
 //!
 //! A [`Phase`] takes the feed from rest to the commanded feed; [`Motion`] strings acceleration, cruise and the mirrored
 //! deceleration together along a path of a given length. [`LookAhead`] does so along a stream of pieces with
-//! their own limits, and [`AxisLimited`] as fast as every axis of the machine can. [`FeedOverride`] runs any of them at another pace.
+//! their own limits, and [`AxisLimited`] as fast as every axis of the machine can. [`FeedOverride`] runs any of them at another feed scale.
 //! Feedrate `V` in mm/s, phase length `T` in s, `τ = t/T ∈ [0, 1]`.
 //!
 //! | profile | acceleration | source |

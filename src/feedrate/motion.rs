@@ -3,7 +3,7 @@
 use std::sync::Arc;
 
 use super::axis_limited::Planned;
-use super::feed_override::{Bounds, FeedOverride, Overridden, OverrideChange, Row};
+use super::feed_override::{AxisDerivatives, Bounds, FeedOverride, Overridden, OverrideChange};
 use super::phase::{MotionPeaks, MotionSample, Phase};
 use super::{BernsteinPhase, ExponentialPhase, FeedState, FeedrateError, JerkLimitedPhase, positive};
 
@@ -65,7 +65,7 @@ enum Law {
     Phases(Phase),
     /// Node by node.
     Planned(Arc<Planned>),
-    /// Another motion at a changing pace.
+    /// Another motion at a changing feed scale.
     Overridden(Arc<Overridden>),
 }
 
@@ -92,7 +92,7 @@ impl Motion {
         if !jerk_mm_s3.is_finite() {
             jerk_mm_s3 = 10.0 * accel_mm_s2 * accel_mm_s2 / feed_mm_s;
         }
-        self.overridden(how, Bounds { accel: [accel_mm_s2], jerk: [jerk_mm_s3] }, &mut Row::along)
+        self.overridden(how, Bounds { accel: [accel_mm_s2], jerk: [jerk_mm_s3] }, &mut AxisDerivatives::along)
     }
 
     /// The same motion under a feed override that keeps these bounds.
@@ -100,7 +100,7 @@ impl Motion {
         &self,
         how: &FeedOverride,
         bounds: Bounds<D>,
-        row: &mut dyn FnMut(&MotionSample) -> Row<D>,
+        row: &mut dyn FnMut(&MotionSample) -> AxisDerivatives<D>,
     ) -> Result<Self, FeedrateError> {
         let Some(motion) = Overridden::new(self, how, bounds, row)? else { return Ok(self.clone()) };
         let (total_s, length_mm, feed_mm_s) = (motion.total_s(), motion.length_mm(), motion.peaks().feed_mm_s);

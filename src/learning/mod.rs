@@ -37,8 +37,8 @@ use serde::Serialize;
 use crate::diagnostics::readable;
 use crate::limits::AXIS_NAMES;
 use crate::scenario::Scenario;
-use crate::servo::remedies::Remedies;
-use crate::servo::{AxisParameters, Demand, RealDrive, ServoError, step_alone};
+use crate::servo::compensation::Compensation;
+use crate::servo::{AxisParameters, AxisReference, DriveModel, ServoError, step_alone};
 use crate::simulation::{Ending, MAX_CORRECTED_PERIODS, Period, SimulationError, shift};
 use crate::summary::Summary;
 use spectrum::Transform;
@@ -62,7 +62,7 @@ impl Default for LearnRequest {
     }
 }
 
-/// Figures of one run.
+/// Metrics of one run.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct LearnRun {
     /// Its number, from 1.
@@ -303,9 +303,9 @@ impl Learner {
                 }
                 Err(error) => return Err(error.into()),
             };
-            let figures = LearnRun::from((run, &summary));
-            let rms_um = figures.rms_tracking_error_um;
-            out.runs.push(figures);
+            let metrics = LearnRun::from((run, &summary));
+            let rms_um = metrics.rms_tracking_error_um;
+            out.runs.push(metrics);
             if run == 1 {
                 out.locked_up = summary.locked_up;
                 if !out.continued {
@@ -417,13 +417,17 @@ fn impulse(scenario: &Scenario, axis: usize) -> Result<Vec<f64>, LearnError> {
     let mut linear = AxisParameters { ..*parameters };
     // Never reached.
     linear.drive.voltage_limit_v = 1e9;
-    let remedies = Remedies {
-        filters: drive.remedies.filters.clone(),
-        acceleration: drive.remedies.acceleration,
-        ..Remedies::default()
+    let compensation = Compensation {
+        filters: drive.compensation.filters.clone(),
+        acceleration: drive.compensation.acceleration,
+        ..Compensation::default()
     };
-    let known =
-        RealDrive { controller: drive.controller, zero_phase: drive.zero_phase, remedies, ..RealDrive::default() };
+    let known = DriveModel {
+        controller: drive.controller,
+        zero_phase: drive.zero_phase,
+        compensation,
+        ..DriveModel::default()
+    };
     let (mut axis_loop, ahead) = known.axis(&linear, &scenario.settings, 0.0)?;
     let rate = 1.0 / scenario.settings.period_s;
     let pulse: Vec<SVector<f64, 1>> =
@@ -432,13 +436,13 @@ fn impulse(scenario: &Scenario, axis: usize) -> Result<Vec<f64>, LearnError> {
     let (mut peak, mut quiet) = (0.0_f64, 0);
     while out.len() < LONGEST {
         let [position, velocity, acceleration] = shift(&pulse, (out.len() + ahead) as u64, rate);
-        let demand = Demand {
+        let reference = AxisReference {
             position_mm: position[0],
             velocity_mm_s: velocity[0],
             acceleration_mm_s2: acceleration[0],
-            ..Demand::default()
+            ..AxisReference::default()
         };
-        let actual = step_alone(&mut axis_loop, &demand).actual_mm;
+        let actual = step_alone(&mut axis_loop, &reference).actual_mm;
         peak = peak.max(actual.abs());
         quiet = if actual.abs() <= SETTLED * peak { quiet + 1 } else { 0 };
         out.push(actual);

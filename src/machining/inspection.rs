@@ -4,7 +4,7 @@ use std::f64::consts::SQRT_2;
 
 use nalgebra::SVector;
 
-use super::{DeviationMap, HeightField, HeightFieldError, MapRegion, Motion, ProgramError, Shapes};
+use super::{DeviationMap, HeightField, HeightFieldError, MapRegion, Motion, MotionReader, ProgramError};
 use crate::nc::{Block, NcError};
 use crate::path::{Cursor, Path};
 use crate::simulation::{Observer, ObserverError, Period};
@@ -102,7 +102,7 @@ impl<'a> Inspection<'a> {
         blocks: impl Iterator<Item = Result<Block, NcError>>,
     ) -> Result<DeviationMap, InspectionError> {
         let mut part = self.part();
-        let mut shapes = Shapes::new(blocks);
+        let mut shapes = MotionReader::new(blocks);
         while let Some(motion) = shapes.next_seeing(&mut |_| {}) {
             part.follow(&motion?)?;
         }

@@ -3,10 +3,10 @@
 //!
 //! | step | what does it |
 //! |---|---|
-//! | a block to a curve in space that knows its arc length | [`Shape`], [`Shapes`] |
+//! | a block to a curve in space that knows its arc length | [`Shape`], [`MotionReader`] |
 //! | how fast it may be run | [`Machine`]: rapid feed, acceleration, jerk, lateral acceleration, velocity step at corners |
 //! | when | [`LookAhead`](crate::feedrate::LookAhead) |
-//! | what is known of a program without simulating it | [`ProgramFacts`] |
+//! | what is known of a program without simulating it | [`ProgramStatistics`] |
 //! | a tool path to blocks | [`program`] |
 //! | one control period after another | [`ProgramRun`], a stream of [`ProgramPeriod`]s |
 //! | the part that comes of it | [`HeightField`], [`DeviationMap`]; of a program or a run: [`Inspection`] |
@@ -20,29 +20,29 @@
 //! - Memory does not grow with the program: blocks are read as they are needed.
 
 mod deviation;
-mod deviation_figures;
+mod deviation_metrics;
 mod error;
-mod facts;
 mod feed;
-mod figures;
 mod height_field;
 mod height_field_sweep;
 mod inspection;
 mod machine;
+mod motion_buffer;
+mod part_metrics;
+mod program_statistics;
 mod program_text;
 mod run;
 mod shape;
 mod stream;
-mod window;
 
 pub use deviation::{DeviationMap, MapRegion};
-pub use deviation_figures::{DeviationFigures, DeviationPlace};
+pub use deviation_metrics::{DeviationMetrics, DeviationPlace};
 pub use error::{MotionFault, ProgramError};
-pub use facts::{BlockCounts, MAX_DRAWN_POINTS, ProgramFacts};
-pub use figures::PartFigures;
 pub use height_field::{HeightField, HeightFieldError, MAX_CELLS};
 pub use inspection::{CHORD_ERROR_MM, Inspection, InspectionError, MachinedPart};
 pub use machine::Machine;
+pub use part_metrics::PartMetrics;
+pub use program_statistics::{BlockCounts, MAX_DRAWN_POINTS, ProgramStatistics};
 pub use program_text::{Blocks, Feeds, program};
 pub use run::{ProgramPeriod, ProgramRun};
-pub use shape::{Motion, Shape, Shapes};
+pub use shape::{Motion, MotionReader, Shape};

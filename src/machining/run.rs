@@ -2,15 +2,15 @@
 
 use std::sync::atomic::AtomicBool;
 
+use super::motion_buffer::MotionBuffer;
 use super::stream::{Next, Stream, Sum};
-use super::window::Window;
-use super::{Machine, ProgramError, ProgramFacts};
+use super::{Machine, ProgramError, ProgramStatistics};
 use crate::feedrate::{MotionSample, Span};
 use crate::interpolator::{Setpoint, periods};
 use crate::limits::Limits;
 use crate::nc::{Block, NcError};
-use crate::servo::RealDrive;
-use crate::servo::remedies::CrossCouplingGains;
+use crate::servo::DriveModel;
+use crate::servo::compensation::CrossCouplingGains;
 use crate::simulation::{
     Axes, Desired, Ending, MAX_PERIODS, Observer, Period, Periods, Place, RunPlan, RunTotals, SimulationError, drive,
 };
@@ -34,11 +34,11 @@ pub struct ProgramPeriod {
 /// tracking error so far. A tool further off than what is held (a loop that locked up) is measured against what is held.
 ///
 /// What is wrong with a block ends the run when it is read, about a stopping distance before the tool gets there;
-/// [`ProgramFacts::of`] finds it before anything moves.
+/// [`ProgramStatistics::of`] finds it before anything moves.
 ///
 /// ```
 /// use servosim::limits::Limits;
-/// use servosim::machining::{Machine, ProgramFacts, ProgramRun};
+/// use servosim::machining::{Machine, ProgramStatistics, ProgramRun};
 /// use servosim::nc::{Reader, Reading};
 /// use servosim::scenario::Scenario;
 /// use servosim::summary::SummaryObserver;
@@ -56,17 +56,17 @@ pub struct ProgramPeriod {
 ///     lateral_accel_mm_s2: 1000.0,
 ///     corner_velocity_step_mm_s: 5.0,
 /// };
-/// let facts = ProgramFacts::of(read(), &machine)?;
-/// assert_eq!((facts.blocks.linear, facts.blocks.arc, facts.blocks.rapid), (3, 1, 2));
+/// let statistics = ProgramStatistics::of(read(), &machine)?;
+/// assert_eq!((statistics.blocks.linear, statistics.blocks.arc, statistics.blocks.rapid), (3, 1, 2));
 /// let mut summary = SummaryObserver::<3>::new("part.nc");
-/// ProgramRun::new(read(), &machine)?.run(&facts, &Limits::default(), None, &mut [&mut summary])?;
-/// assert_eq!(summary.summary().samples, facts.samples);
+/// ProgramRun::new(read(), &machine)?.run(&statistics, &Limits::default(), None, &mut [&mut summary])?;
+/// assert_eq!(summary.summary().samples, statistics.samples);
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
 pub struct ProgramRun<I> {
     machine: Machine,
     stream: Stream<I>,
-    window: Window,
+    window: MotionBuffer,
     axes: Axes<3>,
     /// The span being run, and whether it is the last one.
     span: Option<Span>,
@@ -91,17 +91,17 @@ impl<I: Iterator<Item = Result<Block, NcError>>> ProgramRun<I> {
         Self::with_drives(blocks, machine, None)
     }
 
-    /// The same with drives as they are.
+    /// The same with detailed drives.
     ///
     /// # Errors
     /// As [`new`](Self::new); a drive out of range.
     pub fn with_drives(
         blocks: I,
         machine: &Machine,
-        drives: Option<(&[RealDrive; 3], Option<&CrossCouplingGains>)>,
+        drives: Option<(&[DriveModel; 3], Option<&CrossCouplingGains>)>,
     ) -> Result<Self, ProgramError> {
         let mut stream = Stream::new(blocks, machine)?;
-        let mut window = Window::default();
+        let mut window = MotionBuffer::default();
         if let Some(motion) = stream.pull(&mut |_| {})? {
             window.push(motion);
         }
@@ -245,33 +245,33 @@ impl<I: Iterator<Item = Result<Block, NcError>>> ProgramRun<I> {
         ProgramPeriod { period, place: Place::default() }
     }
 
-    /// Pulls the run to its end through the observers, as [`Simulation::run`](crate::simulation::Simulation::run) does. `facts`
+    /// Pulls the run to its end through the observers, as [`Simulation::run`](crate::simulation::Simulation::run) does. `statistics`
     /// are those of the same program on the same machine.
     ///
     /// # Errors
     /// An observer's error, a loop that diverged, or what is wrong with the program; all end the run.
     pub fn run(
         self,
-        facts: &ProgramFacts,
+        statistics: &ProgramStatistics,
         limits: &Limits,
         stop: Option<&AtomicBool>,
         observers: &mut [&mut dyn Observer<3>],
     ) -> Result<Ending, ProgramError> {
         let (settings, axes) = (self.machine.settings, self.machine.axes);
         let plan = RunPlan {
-            desired: Desired::Points(&facts.points_mm),
+            desired: Desired::Points(&statistics.points_mm),
             totals: RunTotals {
-                length_mm: facts.length_mm,
-                max_curvature_1_mm: facts.max_curvature_1_mm,
-                time_s: facts.time_s,
-                peaks: facts.peaks,
-                feed_mm_s: facts.peaks.feed_mm_s,
+                length_mm: statistics.length_mm,
+                max_curvature_1_mm: statistics.max_curvature_1_mm,
+                time_s: statistics.time_s,
+                peaks: statistics.peaks,
+                feed_mm_s: statistics.peaks.feed_mm_s,
             },
             settings: &settings,
             axes: &axes,
             limits,
             overrides: &[],
-            samples: facts.samples,
+            samples: statistics.samples,
         };
         drive(self, &plan, stop, observers)
     }

@@ -98,7 +98,7 @@ pub struct Motion {
 /// # Errors
 /// Those of the blocks; a block that is no motion ([`MotionFault`]). After an error it ends.
 #[derive(Debug, Clone)]
-pub struct Shapes<I> {
+pub struct MotionReader<I> {
     blocks: I,
     /// Where the tool is \[mm\]; none before the first block.
     position: Option<SVector<f64, 3>>,
@@ -109,7 +109,7 @@ pub struct Shapes<I> {
     over: bool,
 }
 
-impl<I: Iterator<Item = Result<Block, NcError>>> Shapes<I> {
+impl<I: Iterator<Item = Result<Block, NcError>>> MotionReader<I> {
     /// The motions of these blocks, such as a [`Reader`](crate::nc::Reader)'s.
     pub fn new(blocks: I) -> Self {
         Self { blocks, position: None, blocks_read: 0, pause_s: 0.0, waiting: None, over: false }
@@ -223,7 +223,7 @@ impl<I: Iterator<Item = Result<Block, NcError>>> Shapes<I> {
     }
 }
 
-impl<I: Iterator<Item = Result<Block, NcError>>> Iterator for Shapes<I> {
+impl<I: Iterator<Item = Result<Block, NcError>>> Iterator for MotionReader<I> {
     type Item = Result<Motion, ProgramError>;
 
     fn next(&mut self) -> Option<Self::Item> {

@@ -1,7 +1,7 @@
 //! Motions and their spans, as they are needed.
 
 use super::feed::FeedPlanner;
-use super::shape::{Motion, Shapes};
+use super::shape::{Motion, MotionReader};
 use super::{Machine, ProgramError};
 use crate::feedrate::Span;
 use crate::nc::{Block, NcError};
@@ -50,7 +50,7 @@ pub(super) enum Next {
 /// The stream of both; motions come before the spans along them.
 #[derive(Debug, Clone)]
 pub(super) struct Stream<I> {
-    pub(super) shapes: Shapes<I>,
+    pub(super) shapes: MotionReader<I>,
     planner: FeedPlanner,
     over: bool,
 }
@@ -59,7 +59,7 @@ impl<I: Iterator<Item = Result<Block, NcError>>> Stream<I> {
     pub(super) fn new(blocks: I, machine: &Machine) -> Result<Self, ProgramError> {
         machine.check()?;
         let planner = FeedPlanner::new(machine).map_err(|fault| ProgramError::Motion { line: 0, fault })?;
-        Ok(Self { shapes: Shapes::new(blocks), planner, over: false })
+        Ok(Self { shapes: MotionReader::new(blocks), planner, over: false })
     }
 
     /// The next motion, if the program goes on.

@@ -5,9 +5,9 @@ use std::f64::consts::TAU;
 use nalgebra::{SMatrix, SVector};
 use serde::Serialize;
 
+use super::circle_path::Turns;
 use super::roundness::{Point, Zone};
-use super::turns::Turns;
-use super::{MeasureError, idle, left_out, um, within};
+use super::{MeasureError, idle, neglected, um, within};
 use crate::feedrate::{Motion, Profile};
 use crate::limits::{AXIS_NAMES, Event, Limits};
 use crate::path::Path;
@@ -120,7 +120,7 @@ pub struct CircleTest {
     pub hysteresis_um: f64,
     /// Its polar angle \[deg\].
     pub hysteresis_at_deg: f64,
-    /// Whether an axis locked up: the figures are those of a limit cycle.
+    /// Whether an axis locked up: the metrics are those of a limit cycle.
     pub locked_up: bool,
     /// In words, for a person.
     pub warnings: Vec<String>,
@@ -142,7 +142,7 @@ const CLEAR: f64 = 1.5;
 /// sections 3 and 4 (the hysteresis is that of its first edition, 1996).
 ///
 /// Each direction begins at rest, reaches the feed on whole turns that are left out, and ends the measured turns at full feed. Between
-/// reversals the deviation of a loop with play is
+/// reversals the deviation of a loop with backlash is
 ///
 /// ```text
 /// d(φ) = c + e_x cos φ + e_y sin φ + a cos 2φ + b sin 2φ - ½ B_x sgn(ẋ) cos φ - ½ B_y sgn(ẏ) sin φ
@@ -177,8 +177,8 @@ pub fn circle(scenario: &Scenario, request: &CircleRequest) -> Result<CircleTest
         locked_up |= run.locked_up;
         warnings.extend(run.warning.iter().map(|text| format!("{}: {text}", name(run.clockwise))));
     }
-    warnings.extend(left_out(scenario, false));
-    let directions = both.map(|run| figures(&run, radius_mm));
+    warnings.extend(neglected(scenario, false));
+    let directions = both.map(|run| metrics(&run, radius_mm));
     let (hysteresis_um, hysteresis_at_deg) = hysteresis(&directions);
     Ok(CircleTest {
         scenario: scenario.name.clone(),
@@ -246,7 +246,7 @@ impl Observer<2> for Gather {
     fn event(&mut self, event: &Event) -> Result<(), ObserverError> {
         if let Event::LockedUp { axis, .. } = event {
             let axis = AXIS_NAMES.get(*axis).copied().unwrap_or("?").to_uppercase();
-            self.lockup.get_or_insert(format!("axis {axis} locked up: the figures are those of a limit cycle"));
+            self.lockup.get_or_insert(format!("axis {axis} locked up: the metrics are those of a limit cycle"));
         }
         Ok(())
     }
@@ -294,7 +294,7 @@ fn turn(scenario: &Scenario, request: &CircleRequest, clockwise: bool) -> Result
 const TERMS: usize = 7;
 
 /// What a run comes to.
-fn figures(run: &Run, radius_mm: f64) -> Direction {
+fn metrics(run: &Run, radius_mm: f64) -> Direction {
     let points: Vec<Point> = run.samples.iter().map(|sample| sample.point).collect();
     let (narrow, least) = (Zone::narrowest(&points, radius_mm), Zone::least_squares(&points, radius_mm));
     let trace: Vec<Radial> = points.iter().map(radial).collect();

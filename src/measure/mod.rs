@@ -6,7 +6,7 @@
 //! | [`response`] | frequency response from command to table, by stepped sines in the time domain |
 //! | [`step`] | step of the command, and a ramp at feed: rise, overshoot, settling to a window, following error |
 //!
-//! A measurement takes the drives as the scenario has them, with all their effects and remedies, but nothing is cut meanwhile: the cutting
+//! A measurement takes the drives as the scenario has them, with all their effects and compensation, but nothing is cut meanwhile: the cutting
 //! force is left out. [`analysis`](crate::analysis) says what the linear loop of the same drives would give.
 //!
 //! ```
@@ -19,16 +19,16 @@
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 
-mod bench;
 mod circle;
+mod circle_path;
 mod response;
 mod roundness;
+mod single_axis;
 mod step;
-mod turns;
 
 pub use circle::{CircleRequest, CircleTest, Direction, Radial, Spike, circle};
 pub use response::{AxisResponse, Response, ResponsePoint, ResponseRequest, response};
-pub use step::{AxisSteps, RampFigures, Sampled, StepFigures, StepRequest, Steps, step};
+pub use step::{AxisSteps, RampMetrics, Sampled, StepMetrics, StepRequest, Steps, step};
 
 use crate::diagnostics::readable;
 use crate::feedrate::FeedrateError;
@@ -107,7 +107,7 @@ fn within(name: &'static str, value: f64, low: f64, high: f64) -> Result<f64, Me
 /// What of a scenario a measurement leaves out, in words.
 ///
 /// - `alone`: each axis is measured by itself
-fn left_out(scenario: &Scenario, alone: bool) -> Vec<String> {
+fn neglected(scenario: &Scenario, alone: bool) -> Vec<String> {
     let mut out = Vec::new();
     if alone && scenario.cross_coupling.is_some() {
         out.push(

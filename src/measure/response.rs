@@ -6,12 +6,12 @@ use nalgebra::Complex;
 use rayon::prelude::*;
 use serde::Serialize;
 
-use super::bench::{Bench, Sample};
-use super::{MeasureError, idle, left_out, um, within};
+use super::single_axis::{Bench, Sample};
+use super::{MeasureError, idle, neglected, um, within};
 use crate::analysis::{DriveLoop, Feedforward, Linearized};
 use crate::limits::AXIS_NAMES;
 use crate::scenario::Scenario;
-use crate::servo::Demand;
+use crate::servo::AxisReference;
 
 /// What frequencies are measured.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
@@ -47,7 +47,7 @@ pub struct ResponsePoint {
 }
 
 impl ResponsePoint {
-    /// Whether the table moves at all: a motion lost in play or friction has no phase.
+    /// Whether the table moves at all: a motion lost in backlash or friction has no phase.
     pub fn moves(&self) -> bool {
         self.magnitude_db > STILL_DB
     }
@@ -168,18 +168,18 @@ pub fn response(scenario: &Scenario, request: &ResponseRequest) -> Result<Respon
         .collect::<Result<_, MeasureError>>()?;
     let found = loops.iter().zip(measured.chunks(tones.len().max(1))).enumerate();
     let axes = found.map(|(axis, (model, found))| {
-        let mut figures = figures(&idle, axis, model, &tones, found);
-        figures.find_bandwidth(|hz| {
+        let mut metrics = metrics(&idle, axis, model, &tones, found);
+        metrics.find_bandwidth(|hz| {
             let tone = Tone::near(hz, period_s, nyquist);
             Ok((tone.hz, decibel(measure(&idle, axis, tone, request.amplitude_um)?.response)))
         })?;
-        Ok(figures)
+        Ok(metrics)
     });
     Ok(Response {
         scenario: scenario.name.clone(),
         period_s,
         axes: axes.collect::<Result<_, MeasureError>>()?,
-        warnings: left_out(scenario, true),
+        warnings: neglected(scenario, true),
     })
 }
 
@@ -280,13 +280,13 @@ impl Sine {
         let omega = TAU * tone.hz;
         let sample = self.bench.step(&|k| {
             let turn = tone.turn(k);
-            Demand {
+            AxisReference {
                 position_mm: amplitude_mm * turn.im,
                 velocity_mm_s: amplitude_mm * omega * turn.re,
                 acceleration_mm_s2: -amplitude_mm * omega * omega * turn.im,
                 jerk_mm_s3: -amplitude_mm * omega * omega * omega * turn.re,
                 torque_nm: 0.0,
-                shift_mm: 0.0,
+                command_offset_mm: 0.0,
             }
         })?;
         self.peak_v = self.peak_v.max(sample.voltage_v.abs());
@@ -336,7 +336,7 @@ fn continued(value: Complex<f64>, before: f64) -> f64 {
 /// Points of the curve of the linear analysis.
 const CURVE_POINTS: u32 = 600;
 
-fn figures(scenario: &Scenario, axis: usize, model: &DriveLoop, tones: &[Tone], measured: &[Measured]) -> AxisResponse {
+fn metrics(scenario: &Scenario, axis: usize, model: &DriveLoop, tones: &[Tone], measured: &[Measured]) -> AxisResponse {
     let known = |hz: f64| model.command_response(TAU * hz, Feedforward::With);
     let (mut phase, mut model_phase) = (0.0, 0.0);
     let mut points = Vec::with_capacity(tones.len());
@@ -374,7 +374,7 @@ fn figures(scenario: &Scenario, axis: usize, model: &DriveLoop, tones: &[Tone], 
     let still = points.iter().filter(|point| !point.moves()).count();
     if still > 0 {
         warnings.push(format!(
-            "the table does not move at {still} of {} frequencies: so small a motion is lost in play or friction",
+            "the table does not move at {still} of {} frequencies: so small a motion is lost in backlash or friction",
             points.len()
         ));
     }

@@ -2,13 +2,13 @@
 
 use serde::Serialize;
 
-use super::bench::{Bench, Sample};
-use super::{MeasureError, idle, left_out, um, within};
+use super::single_axis::{Bench, Sample};
+use super::{MeasureError, idle, neglected, um, within};
 use crate::analysis::DriveLoop;
 use crate::feedrate::{Motion, Profile};
 use crate::limits::AXIS_NAMES;
 use crate::scenario::Scenario;
-use crate::servo::{Demand, LockupWatch};
+use crate::servo::{AxisReference, LockupWatch};
 
 /// What is run.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -45,7 +45,7 @@ pub struct Sampled {
 
 /// The answer to a step.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
-pub struct StepFigures {
+pub struct StepMetrics {
     /// From 10 % to 90 % of the step; null where it does not get there.
     pub rise_s: Option<f64>,
     /// Beyond the step, in percent of it.
@@ -62,7 +62,7 @@ pub struct StepFigures {
 
 /// The answer to a ramp: from rest to the feed, half a second at it, and to rest again.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
-pub struct RampFigures {
+pub struct RampMetrics {
     /// Feed.
     pub feed_mm_s: f64,
     /// Length.
@@ -93,9 +93,9 @@ pub struct AxisSteps {
     /// Whether its linear loop is stable.
     pub stable: bool,
     /// The step.
-    pub step: StepFigures,
+    pub step: StepMetrics,
     /// The ramp.
-    pub ramp: RampFigures,
+    pub ramp: RampMetrics,
     /// Samples of the step.
     #[serde(skip)]
     pub step_samples: Vec<Sampled>,
@@ -141,8 +141,8 @@ fn largest_step_um(scenario: &Scenario) -> Option<f64> {
         (0..idle.axes.len()).all(|axis| {
             let Ok(mut bench) = Bench::new(&idle, axis) else { return false };
             let count = samples((TRIED_S / idle.settings.period_s).clamp(TRIED[0], TRIED[1]), 1.0);
-            let demand = |_| Demand::at_rest(1e-3 * step_um);
-            (0..count).all(|_| bench.step(&demand).is_ok_and(|sample| !sample.saturated))
+            let reference = |_| AxisReference::at_rest(1e-3 * step_um);
+            (0..count).all(|_| bench.step(&reference).is_ok_and(|sample| !sample.saturated))
         })
     };
     STEPS_UM.into_iter().filter(|step_um| *step_um >= least_um).find(|step_um| fits(*step_um))
@@ -188,7 +188,7 @@ pub fn step(scenario: &Scenario, request: &StepRequest) -> Result<Steps, Measure
         let (step, ramp) = (&found.step, &found.ramp);
         if !found.stable {
             warnings.push(format!(
-                "{name}: the loop is unstable, whatever these figures say; `servosim analyze` tells what would make it stable"
+                "{name}: the loop is unstable, whatever these metrics say; `servosim analyze` tells what would make it stable"
             ));
         }
         let limit = idle.axes[axis].drive.voltage_limit_v;
@@ -209,7 +209,7 @@ pub fn step(scenario: &Scenario, request: &StepRequest) -> Result<Steps, Measure
         }
         axes.push(found);
     }
-    warnings.extend(left_out(scenario, true));
+    warnings.extend(neglected(scenario, true));
     Ok(Steps { scenario: scenario.name.clone(), step_um, window_um, axes, warnings })
 }
 
@@ -218,8 +218,8 @@ impl AxisSteps {
         let period_s = scenario.settings.period_s;
         let step_mm = 1e-3 * request.step_um;
         let count = samples(request.watch_s, period_s);
-        let (run, locked_up) = record(scenario, axis, count, &|_| Demand::at_rest(step_mm))?;
-        let step = StepFigures { locked_up, ..stepped(&run, request, period_s) };
+        let (run, locked_up) = record(scenario, axis, count, &|_| AxisReference::at_rest(step_mm))?;
+        let step = StepMetrics { locked_up, ..stepped(&run, request, period_s) };
         let step_samples = sampled(&run, period_s);
 
         let length_mm = request.feed_mm_s * (PHASE_S + CRUISE_S);
@@ -227,13 +227,13 @@ impl AxisSteps {
         let count = samples(motion.total_s() + request.watch_s, period_s);
         let (ramp, locked_up) = record(scenario, axis, count, &|k| {
             let at = motion.at(k as f64 * period_s);
-            Demand {
+            AxisReference {
                 position_mm: at.s_mm,
                 velocity_mm_s: at.feed_mm_s,
                 acceleration_mm_s2: at.accel_mm_s2,
                 jerk_mm_s3: at.jerk_mm_s3,
                 torque_nm: 0.0,
-                shift_mm: 0.0,
+                command_offset_mm: 0.0,
             }
         })?;
         let drive = DriveLoop::new(&scenario.axes[axis], &scenario.drives[axis], &scenario.settings)?;
@@ -242,7 +242,7 @@ impl AxisSteps {
             axis: AXIS_NAMES[axis].to_owned(),
             stable: drive.is_stable(),
             step,
-            ramp: RampFigures { locked_up, ..ramped(&ramp, &motion, request, period_s, model) },
+            ramp: RampMetrics { locked_up, ..ramped(&ramp, &motion, request, period_s, model) },
             step_samples,
             ramp_samples: sampled(&ramp, period_s),
         })
@@ -259,14 +259,14 @@ fn record(
     scenario: &Scenario,
     axis: usize,
     count: usize,
-    demand: &impl Fn(u64) -> Demand,
+    reference: &impl Fn(u64) -> AxisReference,
 ) -> Result<(Vec<Sample>, bool), MeasureError> {
     let mut bench = Bench::new(scenario, axis)?;
     let mut watch = LockupWatch::new(scenario.settings.period_s);
     let mut run = Vec::with_capacity(count);
     let mut locked_up = false;
     for k in 0..count {
-        let sample = bench.step(demand)?;
+        let sample = bench.step(reference)?;
         let error_mm = sample.command_mm - sample.actual_mm;
         locked_up |= watch.watch(k as u64, sample.voltage_v, sample.saturated, error_mm).is_some();
         run.push(sample);
@@ -306,7 +306,7 @@ fn rest_um(run: &[Sample]) -> f64 {
     rest.iter().map(error_um).sum::<f64>() / rest.len().max(1) as f64
 }
 
-fn stepped(run: &[Sample], request: &StepRequest, period_s: f64) -> StepFigures {
+fn stepped(run: &[Sample], request: &StepRequest, period_s: f64) -> StepMetrics {
     let step_mm = 1e-3 * request.step_um;
     let share = |k: usize| run.get(k).map_or(0.0, |sample| sample.actual_mm / step_mm);
     let reach = |level: f64| {
@@ -315,7 +315,7 @@ fn stepped(run: &[Sample], request: &StepRequest, period_s: f64) -> StepFigures 
         Some(before as f64 + (level - share(before)) / (share(k) - share(before)))
     };
     let peak = (0..run.len()).map(share).fold(0.0, f64::max);
-    StepFigures {
+    StepMetrics {
         rise_s: reach(0.1).zip(reach(0.9)).map(|(from, to)| (to - from) * period_s),
         overshoot_percent: 100.0 * (peak - 1.0).max(0.0),
         settling_s: settled(run, request.window_um).map(|samples| samples * period_s),
@@ -331,7 +331,7 @@ fn ramped(
     request: &StepRequest,
     period_s: f64,
     model_following_error_um: Option<f64>,
-) -> RampFigures {
+) -> RampMetrics {
     let at = |time_s: f64| samples(time_s, period_s).min(run.len());
     // The last half of the cruise, whole samples.
     let end_s = motion.phase_s() + motion.cruise_s();
@@ -339,7 +339,7 @@ fn ramped(
     let cruise = run.get(from..to).unwrap_or(&[]);
     let mean = cruise.iter().map(error_um).sum::<f64>() / cruise.len().max(1) as f64;
     let end = at(motion.total_s());
-    RampFigures {
+    RampMetrics {
         feed_mm_s: request.feed_mm_s,
         length_mm: motion.length_mm(),
         following_error_um: mean,

@@ -76,13 +76,13 @@ impl Curve {
     /// Whether a curve begins where the tool is. A Siemens curve may leave its first control point out: the tool's place.
     fn first(&mut self, point: &Point) -> Result<(), Diagnostic> {
         let gap_mm = distance(self.start_mm, point.place_mm);
-        let left_out = match (self.dialect, point.parameter) {
+        let neglected = match (self.dialect, point.parameter) {
             (Dialect::LinuxCnc, _) => true,
             (Dialect::Fanuc, _) => false,
             (Dialect::Siemens, Some(interval)) => interval != 0.0,
             (Dialect::Siemens, None) => gap_mm > JOIN_TOLERANCE_MM,
         };
-        if left_out {
+        if neglected {
             // LinuxCNC: the point is the tool's place itself, with a weight of its own.
             if self.dialect == Dialect::Siemens {
                 self.points_mm.push(self.start_mm);

@@ -3,28 +3,28 @@
 use std::collections::VecDeque;
 use std::ops::{Range, RangeInclusive};
 
-use super::codes::{Code, Codes};
+use super::block_words::{AXES, BlockWords, F, K, L, P, R, W};
 use super::curve::{Curve, Point};
+use super::g_codes::{Code, Codes};
+use super::modal_state::{ModalState, Mode};
 use super::reader::Reading;
-use super::sheet::{AXES, F, K, L, P, R, Sheet, W};
-use super::state::{Mode, State};
 use super::words::{Address, Word};
 use super::{Action, Block, Dialect, MAX_DEGREE, Plane};
 use crate::diagnostics::Diagnostic;
 
-impl State {
+impl ModalState {
     /// A curve begins at a place that is known, at a feed that is known, with absolute coordinates.
-    fn open(&mut self, curve: Curve, sheet: &Sheet, axes: &[usize]) -> Result<(), Diagnostic> {
-        self.need_feed(sheet)?;
+    fn open(&mut self, curve: Curve, block_words: &BlockWords, axes: &[usize]) -> Result<(), Diagnostic> {
+        self.need_feed(block_words)?;
         if let Some(&axis) = axes.iter().find(|&&axis| !self.known[axis]) {
             let letter = ['X', 'Y', 'Z'][axis];
             return Err(Diagnostic::new(format!("where axis {letter} is before this curve is not known"))
-                .at(sheet.all())
+                .at(block_words.all())
                 .help("move to the first control point of the curve before, in X, Y and Z"));
         }
         if !self.absolute {
             return Err(Diagnostic::new("a curve in incremental coordinates")
-                .at(sheet.all())
+                .at(block_words.all())
                 .help("write its control points in absolute coordinates (`G90`)"));
         }
         self.mode = Mode::None;
@@ -32,21 +32,21 @@ impl State {
         Ok(())
     }
 
-    pub(super) fn open_siemens(&mut self, sheet: &mut Sheet, line: usize) -> Result<(), Diagnostic> {
-        let degree = whole(sheet.take(Address::Degree), 3, 2..=3, "a degree (`SD`) is 2 or 3")?;
-        self.open(Curve::new(Dialect::Siemens, line, self.position_mm, degree), sheet, &[0, 1, 2])?;
-        if sheet.any(&AXES) { self.siemens_point(sheet) } else { Ok(()) }
+    pub(super) fn open_siemens(&mut self, block_words: &mut BlockWords, line: usize) -> Result<(), Diagnostic> {
+        let degree = whole(block_words.take(Address::Degree), 3, 2..=3, "a degree (`SD`) is 2 or 3")?;
+        self.open(Curve::new(Dialect::Siemens, line, self.position_mm, degree), block_words, &[0, 1, 2])?;
+        if block_words.any(&AXES) { self.siemens_point(block_words) } else { Ok(()) }
     }
 
-    pub(super) fn open_fanuc(&mut self, sheet: &mut Sheet, line: usize) -> Result<(), Diagnostic> {
-        let order = whole(sheet.take(P), 4, 2..=4, "an order (`P`, degree plus one) is 2, 3 or 4")?;
-        self.open(Curve::new(Dialect::Fanuc, line, self.position_mm, order - 1), sheet, &[0, 1, 2])?;
-        self.fanuc_point(sheet)
+    pub(super) fn open_fanuc(&mut self, block_words: &mut BlockWords, line: usize) -> Result<(), Diagnostic> {
+        let order = whole(block_words.take(P), 4, 2..=4, "an order (`P`, degree plus one) is 2, 3 or 4")?;
+        self.open(Curve::new(Dialect::Fanuc, line, self.position_mm, order - 1), block_words, &[0, 1, 2])?;
+        self.fanuc_point(block_words)
     }
 
     pub(super) fn open_linuxcnc(
         &mut self,
-        sheet: &mut Sheet,
+        block_words: &mut BlockWords,
         line: usize,
         span: Range<usize>,
     ) -> Result<(), Diagnostic> {
@@ -55,14 +55,14 @@ impl State {
                 .at(span)
                 .help("write `G17` before"));
         }
-        let order = whole(sheet.take(L), 3, 3..=MAX_DEGREE + 1, "an order (`L`, degree plus one) is 3 to 10")?;
-        self.open(Curve::new(Dialect::LinuxCnc, line, self.position_mm, order - 1), sheet, &[0, 1])?;
+        let order = whole(block_words.take(L), 3, 3..=MAX_DEGREE + 1, "an order (`L`, degree plus one) is 3 to 10")?;
+        self.open(Curve::new(Dialect::LinuxCnc, line, self.position_mm, order - 1), block_words, &[0, 1])?;
         let place_mm = self.position_mm;
-        if sheet.any(&AXES) {
+        if block_words.any(&AXES) {
             self.curve_push(Point { place_mm, weight: 1.0, parameter: None })?;
-            self.linuxcnc_point(sheet)
+            self.linuxcnc_point(block_words)
         } else {
-            let weight = weight(sheet.take(P), Dialect::LinuxCnc)?;
+            let weight = weight(block_words.take(P), Dialect::LinuxCnc)?;
             self.curve_push(Point { place_mm, weight, parameter: None })
         }
     }
@@ -72,7 +72,7 @@ impl State {
         &mut self,
         codes: &Codes,
         spline: Option<&Word>,
-        sheet: &mut Sheet,
+        block_words: &mut BlockWords,
         reading: &Reading,
         ready: &mut VecDeque<Block>,
     ) -> Result<bool, Diagnostic> {
@@ -99,7 +99,7 @@ impl State {
                 Dialect::LinuxCnc => "end the curve before with `G5.3`",
             };
             return Err(Diagnostic::new("this block stands inside a curve")
-                .at(sheet.all())
+                .at(block_words.all())
                 .note(format!("the curve begins on line {line}"))
                 .help(end));
         }
@@ -107,17 +107,17 @@ impl State {
             return Ok(true);
         }
         if curve_allows_feed(self.curve.as_ref()) {
-            self.feed(sheet)?;
-        } else if let Some(word) = sheet.peek(F) {
+            self.feed(block_words)?;
+        } else if let Some(word) = block_words.peek(F) {
             return Err(Diagnostic::new("the feed changes inside a curve")
                 .at(word.span())
                 .help("one curve has one feed: write it into the block that begins the curve"));
         }
         match dialect {
-            Dialect::Siemens => self.siemens_point(sheet)?,
-            Dialect::Fanuc if sheet.any(&AXES) => self.fanuc_point(sheet)?,
-            Dialect::Fanuc => self.fanuc_knot(sheet, reading, ready)?,
-            Dialect::LinuxCnc => self.linuxcnc_point(sheet)?,
+            Dialect::Siemens => self.siemens_point(block_words)?,
+            Dialect::Fanuc if block_words.any(&AXES) => self.fanuc_point(block_words)?,
+            Dialect::Fanuc => self.fanuc_knot(block_words, reading, ready)?,
+            Dialect::LinuxCnc => self.linuxcnc_point(block_words)?,
         }
         Ok(true)
     }
@@ -152,48 +152,48 @@ impl State {
     }
 
     /// The control point of a block; the axes that it leaves out stay.
-    fn control_point(&self, sheet: &mut Sheet) -> Result<[f64; 3], Diagnostic> {
+    fn control_point(&self, block_words: &mut BlockWords) -> Result<[f64; 3], Diagnostic> {
         let place_mm = self.curve.as_ref().map_or(self.position_mm, Curve::place_mm);
-        if !sheet.any(&AXES) {
+        if !block_words.any(&AXES) {
             return Err(Diagnostic::new("the block has no control point")
-                .at(sheet.all())
+                .at(block_words.all())
                 .help("write its coordinates: `X Y Z`"));
         }
-        Ok(self.target(sheet, place_mm)?.0)
+        Ok(self.target(block_words, place_mm)?.0)
     }
 
     /// `X Y Z PW= PL=`; of an older form `W` for `PW=`.
-    fn siemens_point(&mut self, sheet: &mut Sheet) -> Result<(), Diagnostic> {
-        let place_mm = self.control_point(sheet)?;
-        let word = sheet.take(Address::Weight).or_else(|| sheet.take(W));
+    fn siemens_point(&mut self, block_words: &mut BlockWords) -> Result<(), Diagnostic> {
+        let place_mm = self.control_point(block_words)?;
+        let word = block_words.take(Address::Weight).or_else(|| block_words.take(W));
         let weight = if word.is_some() { weight(word, Dialect::Siemens)? } else { 1.0 };
-        let interval = sheet.take(Address::Interval);
+        let interval = block_words.take(Address::Interval);
         let parameter = interval.map(|word| word.value);
         self.curve_push(Point { place_mm, weight, parameter }).map_err(|problem| at(problem, interval))
     }
 
     /// `K X Y Z R`.
-    fn fanuc_point(&mut self, sheet: &mut Sheet) -> Result<(), Diagnostic> {
+    fn fanuc_point(&mut self, block_words: &mut BlockWords) -> Result<(), Diagnostic> {
         if self.curve.as_ref().is_some_and(Curve::in_tail) {
             return Err(Diagnostic::new("a control point after the first block of `K` only")
-                .at(sheet.all())
+                .at(block_words.all())
                 .help("the control points come first, then as many blocks with `K` only as `P` says"));
         }
-        let place_mm = self.control_point(sheet)?;
-        let word = sheet.take(R);
+        let place_mm = self.control_point(block_words)?;
+        let word = block_words.take(R);
         let weight = if word.is_some() { weight(word, Dialect::Fanuc)? } else { 1.0 };
-        let knot = knot(sheet)?;
+        let knot = knot(block_words)?;
         let parameter = Some(knot.value);
         self.curve_push(Point { place_mm, weight, parameter }).map_err(|problem| at(problem, Some(knot)))
     }
 
     fn fanuc_knot(
         &mut self,
-        sheet: &mut Sheet,
+        block_words: &mut BlockWords,
         reading: &Reading,
         ready: &mut VecDeque<Block>,
     ) -> Result<(), Diagnostic> {
-        let knot = knot(sheet)?;
+        let knot = knot(block_words)?;
         if let Some(curve) = &mut self.curve {
             curve.push_knot(knot.value).map_err(|problem| at(problem, Some(knot)))?;
             if curve.is_whole() {
@@ -204,17 +204,17 @@ impl State {
     }
 
     /// `X Y P`.
-    fn linuxcnc_point(&mut self, sheet: &mut Sheet) -> Result<(), Diagnostic> {
-        if sheet.peek(AXES[0]).is_none() || sheet.peek(AXES[1]).is_none() {
+    fn linuxcnc_point(&mut self, block_words: &mut BlockWords) -> Result<(), Diagnostic> {
+        if block_words.peek(AXES[0]).is_none() || block_words.peek(AXES[1]).is_none() {
             return Err(Diagnostic::new("a control point needs both X and Y")
-                .at(sheet.all())
+                .at(block_words.all())
                 .help("write the control point as `X1.5 Y2 P1`, or end the curve with `G5.3`"));
         }
-        if let Some(word) = sheet.peek(AXES[2]) {
+        if let Some(word) = block_words.peek(AXES[2]) {
             return Err(Diagnostic::new("a curve of `G5.2` lies in a plane").at(word.span()).help("remove Z"));
         }
-        let place_mm = self.control_point(sheet)?;
-        let weight = weight(sheet.take(P), Dialect::LinuxCnc).map_err(|problem| at(problem, None))?;
+        let place_mm = self.control_point(block_words)?;
+        let weight = weight(block_words.take(P), Dialect::LinuxCnc).map_err(|problem| at(problem, None))?;
         self.curve_push(Point { place_mm, weight, parameter: None })
     }
 }
@@ -233,9 +233,9 @@ fn at(problem: Diagnostic, word: Option<&Word>) -> Diagnostic {
 }
 
 /// The knot of a Fanuc block.
-fn knot<'a>(sheet: &mut Sheet<'a>) -> Result<&'a Word, Diagnostic> {
-    let whole = sheet.all();
-    sheet.take(K).ok_or_else(|| {
+fn knot<'a>(block_words: &mut BlockWords<'a>) -> Result<&'a Word, Diagnostic> {
+    let whole = block_words.all();
+    block_words.take(K).ok_or_else(|| {
         Diagnostic::new("the block has no knot (`K`)")
             .at(whole)
             .help("a knot with every control point, then as many blocks with `K` only as `P` says")

@@ -35,19 +35,19 @@
 
 mod arc;
 mod block;
-mod codes;
+mod block_words;
 mod curve;
 mod curve_blocks;
 mod error;
-mod first_place;
 mod fixed;
+mod g_codes;
+mod initial_position;
 mod intervals;
 mod lines;
+mod modal_state;
 mod plan;
 mod reader;
 mod rounding;
-mod sheet;
-mod state;
 mod words;
 mod writer;
 

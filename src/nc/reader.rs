@@ -3,12 +3,12 @@
 use std::collections::VecDeque;
 use std::io::BufRead;
 
-use super::codes::Codes;
+use super::block_words::BlockWords;
 use super::error::SyntaxError;
-use super::first_place::FirstPlace;
+use super::g_codes::Codes;
+use super::initial_position::FirstPlace;
 use super::lines::{Advance, Lines};
-use super::sheet::Sheet;
-use super::state::State;
+use super::modal_state::ModalState;
 use super::words::Words;
 use super::{Action, Block, Dialect, MAX_LINE_BYTES, NcError};
 use crate::diagnostics::Diagnostic;
@@ -43,10 +43,10 @@ pub struct Reader<R> {
     origin: String,
     reading: Reading,
     ready: VecDeque<Block>,
-    first_place: FirstPlace,
+    initial_position: FirstPlace,
     failed: Option<NcError>,
     over: bool,
-    state: State,
+    state: ModalState,
 }
 
 impl<R: BufRead> Reader<R> {
@@ -58,10 +58,10 @@ impl<R: BufRead> Reader<R> {
             origin: origin.into(),
             reading,
             ready: VecDeque::new(),
-            first_place: FirstPlace::new(reading.start_mm.is_some()),
+            initial_position: FirstPlace::new(reading.start_mm.is_some()),
             failed: None,
             over: false,
-            state: State::new(reading.start_mm),
+            state: ModalState::new(reading.start_mm),
         }
     }
 
@@ -106,16 +106,16 @@ impl<R: BufRead> Reader<R> {
             return Ok(());
         }
         self.state.begun = true;
-        let mut sheet = Sheet::new(&self.words.list, text);
+        let mut block_words = BlockWords::new(&self.words.list, text);
         if self.state.ended {
             return Err(Diagnostic::new("the program has ended before this block")
-                .at(sheet.all())
+                .at(block_words.all())
                 .help("remove what stands after `M30`, `M2`, `M17` or the second `%`"));
         }
-        sheet.once()?;
+        block_words.once()?;
         let codes = Codes::of(&self.words, text)?;
-        sheet.used = codes.used;
-        self.state.block(&codes, &mut sheet, number, &self.reading, &mut self.ready)
+        block_words.used = codes.used;
+        self.state.block(&codes, &mut block_words, number, &self.reading, &mut self.ready)
     }
 }
 
@@ -124,7 +124,7 @@ impl<R: BufRead> Iterator for Reader<R> {
 
     fn next(&mut self) -> Option<Self::Item> {
         loop {
-            if self.first_place.settled()
+            if self.initial_position.settled()
                 && let Some(block) = self.ready.pop_front()
             {
                 return Some(Ok(block));
@@ -137,12 +137,12 @@ impl<R: BufRead> Iterator for Reader<R> {
                 self.ready.clear();
                 self.failed = Some(error);
             }
-            if !self.first_place.settled() {
+            if !self.initial_position.settled() {
                 for block in self.ready.drain(..) {
-                    self.first_place.hold(block, self.state.known);
+                    self.initial_position.hold(block, self.state.known);
                 }
-                if self.first_place.settled() || self.over {
-                    self.ready.extend(self.first_place.settle());
+                if self.initial_position.settled() || self.over {
+                    self.ready.extend(self.initial_position.settle());
                 }
             }
         }

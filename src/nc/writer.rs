@@ -2,8 +2,8 @@
 
 use std::io::Write;
 
-use super::codes::Codes;
 use super::fixed::Fixed;
+use super::g_codes::Codes;
 use super::intervals::knot_of_block;
 use super::plan::{Decimals, Plan, Shape, fixed_time};
 use super::words::Words;

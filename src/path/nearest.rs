@@ -1,6 +1,6 @@
 //! The nearest point of a path within a window of arc length, proven to be the nearest one.
 //!
-//! Distance is 1-Lipschitz in arc length, and half its square, `f(s) = |r(s) - p|²/2`, has `f'' = 1 + (r - p)·k`. Two facts
+//! Distance is 1-Lipschitz in arc length, and half its square, `f(s) = |r(s) - p|²/2`, has `f'' = 1 + (r - p)·k`. Two metadata
 //! follow, with `κ` a bound of the curvature on an interval:
 //!
 //! - where `|r - p| κ < 1` on the whole interval, `f` is convex: a local minimum is the only one;

@@ -98,11 +98,11 @@ fixed_message! {
     "servosim/DriveSignals.proto"
     /// What one drive tells beside its axis' [`AxisSignals`], where it is more than its model.
     pub struct DriveSignals {
-        /// Position as the controller was told \[mm\].
+        /// Position as the controller was signals \[mm\].
         1 => [double] measured_mm: f64,
-        /// Velocity as the controller was told \[rad/s\].
+        /// Velocity as the controller was signals \[rad/s\].
         2 => [double] measured_rad_s: f64,
-        /// Where the motor stands, as travel of the table without play, twist and pitch error \[mm\].
+        /// Where the motor stands, as travel of the table without backlash, twist and pitch error \[mm\].
         3 => [double] motor_mm: f64,
         /// Velocity of the table (of the screw, where it is rigid) \[mm/s\].
         4 => [double] table_mm_s: f64,
@@ -116,14 +116,14 @@ fixed_message! {
         8 => [double] force_nm: f64,
         /// Whether the table sticks.
         9 => [bool] stuck: bool,
-        /// Whether the table floats in the gap, between two masses.
+        /// Whether the table floats in the backlash, between two masses.
         10 => [bool] in_gap: bool,
     }
 }
 
 fixed_message! {
     "servosim/Drives.proto"
-    /// What the drives tell of one control period. Fields may be added; none is renamed or renumbered.
+    /// The drive signals of one control period. Fields may be added; none is renamed or renumbered.
     pub struct Drives {
         /// Time `k Δt` \[s\], that of the period's [`Servo`].
         1 => [double] time_s: f64,
@@ -184,7 +184,7 @@ pub struct Sample {
     pub servo: Servo,
     /// What a machine with three axes adds to them.
     pub third: Option<Third>,
-    /// What the drives tell beside, where they are more than their model.
+    /// The drive signals beside, where they are more than their model.
     pub drives: Option<Drives>,
     /// What a machine with three axes adds to that.
     pub third_drive: Option<ThirdDrive>,

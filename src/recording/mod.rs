@@ -4,7 +4,7 @@
 //! |---|---|---|
 //! | `/servo` | `servosim.Servo` ([`Servo`]) | once a control period; `sequence` is its number `k` |
 //! | | `servosim.Servo3` ([`Servo`], then [`Third`]) | the same of a run with three axes; can be read as a `servosim.Servo` |
-//! | `/drives` | `servosim.Drives` ([`Drives`]) | what the drives tell, where they are more than their model: a message before each of `/servo`, of the same `sequence` and time |
+//! | `/drives` | `servosim.Drives` ([`Drives`]) | the drive signals, where they are more than their model: a message before each of `/servo`, of the same `sequence` and time |
 //! | | `servosim.Drives3` ([`Drives`], then [`ThirdDrive`]) | the same with three axes |
 //! | `/scene` | `foxglove.SceneUpdate` | the desired path at `t = 0`, then the actual path and the magnified error in pieces |
 //! | `/log` | `foxglove.Log` | first and last line, and every [`Event`](crate::limits::Event) between (saturations thinned) |
@@ -31,7 +31,7 @@ mod schema;
 pub use error::{ReadError, RecordingError};
 pub use messages::{AxisSignals, DriveSignals, Drives, Nearest, PathSignals, Sample, Servo, Third, ThirdDrive};
 pub use reader::{AttachmentInfo, LogLevel, LogLine, Recording, TopicInfo};
-pub use recorder::{Facts, Recorder, Saved};
+pub use recorder::{Recorder, RecordingMetadata, Saved};
 
 const SERVO_TOPIC: &str = "/servo";
 const DRIVES_TOPIC: &str = "/drives";

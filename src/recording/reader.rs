@@ -35,7 +35,7 @@ const MAX_LOG_LINES: usize = 1000;
 #[derive(Debug, Clone, Default, PartialEq)]
 #[non_exhaustive]
 pub struct Recording {
-    /// Facts of the run: `name`, `scenario_sha256`, `seed`, `units`, `version`.
+    /// RecordingMetadata of the run: `name`, `scenario_sha256`, `seed`, `units`, `version`.
     pub run: BTreeMap<String, String>,
     /// What was planned: `samples`, `period_s`, `path_length_mm`, `motion_time_s`, `error_magnification`,
     /// `contour_error_limit_um` (empty when there is none), `voltage_limit_x_v`, `voltage_limit_y_v`.
@@ -271,7 +271,7 @@ struct Scan<'a, V> {
     schemas: BTreeMap<u16, String>,
     /// What a channel carries, and its place in the list of topics.
     channels: BTreeMap<u16, (Content, usize)>,
-    /// What the drives told last; the sample that it belongs to follows.
+    /// What the drives signals last; the sample that it belongs to follows.
     drives: Option<(Drives, Option<ThirdDrive>)>,
     visit: V,
 }
@@ -368,7 +368,7 @@ impl<V: FnMut(&Sample) -> io::Result<()>> Scan<'_, V> {
                 let is_whole = sample.drives.is_some() == self.found.drives
                     && sample.third_drive.is_some() == (self.found.drives && sample.third.is_some());
                 if !(at_its_time && is_whole) {
-                    return Err(self.damaged("what the drives tell does not belong to its sample"));
+                    return Err(self.damaged("the drive signals do not belong to its sample"));
                 }
                 self.found.samples += 1;
                 let (start, _) = self.found.time_range_s.unwrap_or((servo.time_s, servo.time_s));
@@ -376,9 +376,10 @@ impl<V: FnMut(&Sample) -> io::Result<()>> Scan<'_, V> {
                 (self.visit)(&sample).map_err(ReadError::Visitor)
             }
             Content::Drives | Content::Drives3 => {
-                let told = drives(body, content == Content::Drives3);
-                let told = told.map_err(|error| self.damaged(&format!("what the drives tell is not that: {error}")))?;
-                self.drives = Some(told);
+                let signals = drives(body, content == Content::Drives3);
+                let signals =
+                    signals.map_err(|error| self.damaged(&format!("the drive signals cannot be decoded: {error}")))?;
+                self.drives = Some(signals);
                 Ok(())
             }
             Content::Scene if first => {

@@ -32,7 +32,7 @@ const CHUNK_BYTES: u64 = 256 * 1024;
 
 /// What is known of a run before it begins.
 #[derive(Debug, Clone, PartialEq, Eq)]
-pub struct Facts {
+pub struct RecordingMetadata {
     /// Name of the scenario.
     pub name: String,
     /// The scenario as TOML.
@@ -43,8 +43,8 @@ pub struct Facts {
     pub version: String,
 }
 
-impl Facts {
-    /// The facts of a run of this scenario with this version of servosim and seed 0.
+impl RecordingMetadata {
+    /// The metadata of a run of this scenario with this version of servosim and seed 0.
     pub fn new(name: impl Into<String>, scenario: impl Into<String>) -> Self {
         Self { name: name.into(), scenario: scenario.into(), seed: 0, version: env!("CARGO_PKG_VERSION").to_owned() }
     }
@@ -69,7 +69,7 @@ pub struct Recorder<W: Write> {
     place: Option<Place>,
     /// What messages call the recording.
     name: String,
-    facts: Facts,
+    metadata: RecordingMetadata,
     run: Option<Run>,
     /// The message being written; reused.
     buffer: Vec<u8>,
@@ -78,7 +78,7 @@ pub struct Recorder<W: Write> {
 /// What is known once the run has begun.
 struct Run {
     channels: [u16; 3],
-    drives: Telling,
+    drives: DriveTopic,
     scene: Scene,
     thinning: Thinning,
     time_ns: u64,
@@ -92,7 +92,7 @@ struct Run {
 
 /// Whether the drives tell anything: the first sample knows.
 #[derive(Clone, Copy)]
-enum Telling {
+enum DriveTopic {
     Unknown,
     Nothing,
     /// On this channel.
@@ -113,8 +113,8 @@ impl Recorder<BufWriter<File>> {
     ///
     /// # Errors
     /// The folder is missing or not writable, something other than a recording has that name, or another run is writing it.
-    pub fn create(path: impl AsRef<Path>, facts: Facts) -> Result<Self, RecordingError> {
-        Self::create_with(path, facts, BufWriter::new)
+    pub fn create(path: impl AsRef<Path>, metadata: RecordingMetadata) -> Result<Self, RecordingError> {
+        Self::create_with(path, metadata, BufWriter::new)
     }
 }
 
@@ -123,8 +123,8 @@ impl<W: Write> Recorder<W> {
     ///
     /// # Errors
     /// Those of the writer.
-    pub fn new(writer: W, facts: Facts) -> Result<Self, RecordingError> {
-        Self::start(writer, None, "to its stream".to_owned(), facts)
+    pub fn new(writer: W, metadata: RecordingMetadata) -> Result<Self, RecordingError> {
+        Self::start(writer, None, "to its stream".to_owned(), metadata)
     }
 
     /// As [`Recorder::create`], with the open file wrapped in a writer of your own.
@@ -133,39 +133,44 @@ impl<W: Write> Recorder<W> {
     /// See [`Recorder::create`].
     pub fn create_with(
         path: impl AsRef<Path>,
-        facts: Facts,
+        metadata: RecordingMetadata,
         wrap: impl FnOnce(File) -> W,
     ) -> Result<Self, RecordingError> {
         let path = path.as_ref();
         let (place, file) = Place::open(path)?;
-        Self::start(wrap(file), Some(place), path.display().to_string(), facts)
+        Self::start(wrap(file), Some(place), path.display().to_string(), metadata)
     }
 
-    fn start(writer: W, place: Option<Place>, name: String, facts: Facts) -> Result<Self, RecordingError> {
+    fn start(
+        writer: W,
+        place: Option<Place>,
+        name: String,
+        metadata: RecordingMetadata,
+    ) -> Result<Self, RecordingError> {
         let options = WriteOptions::new()
             .compression(None)
             .chunk_size(Some(CHUNK_BYTES))
             // A chunk is gathered in memory and written whole: a killed run leaves no half-made one behind.
             .disable_seeking(true)
-            .library(format!("servosim {}", facts.version));
-        let mut recorder = Self { output: None, place, name, facts, run: None, buffer: Vec::with_capacity(512) };
+            .library(format!("servosim {}", metadata.version));
+        let mut recorder = Self { output: None, place, name, metadata, run: None, buffer: Vec::with_capacity(512) };
         match options.create(NoSeek::new(writer)) {
             Ok(output) => recorder.output = Some(output),
             Err(error) => return Err(recorder.fail(error)),
         }
-        recorder.write_facts()?;
+        recorder.write_metadata()?;
         Ok(recorder)
     }
 
-    fn write_facts(&mut self) -> Result<(), RecordingError> {
+    fn write_metadata(&mut self) -> Result<(), RecordingError> {
         let metadata = [
-            ("name", self.facts.name.clone()),
-            ("scenario_sha256", hex_sha256(&self.facts.scenario)),
-            ("seed", self.facts.seed.to_string()),
+            ("name", self.metadata.name.clone()),
+            ("scenario_sha256", hex_sha256(&self.metadata.scenario)),
+            ("seed", self.metadata.seed.to_string()),
             ("units", "mm, s, rad, V, N m; errors in µm; one unit of /scene is 1 mm".to_owned()),
-            ("version", self.facts.version.clone()),
+            ("version", self.metadata.version.clone()),
         ];
-        let text = self.facts.scenario.clone().into_bytes();
+        let text = self.metadata.scenario.clone().into_bytes();
         self.metadata(RUN_METADATA, metadata)?;
         self.attach(SCENARIO_NAME, "application/toml", text)
     }
@@ -352,11 +357,11 @@ impl<W: Write> Recorder<W> {
         ];
         let first = format!(
             "run {}: {} samples of {period_s} s along {:.3} mm",
-            self.facts.name, plan.samples, plan.totals.length_mm
+            self.metadata.name, plan.samples, plan.totals.length_mm
         );
         self.run = Some(Run {
             channels,
-            drives: Telling::Unknown,
+            drives: DriveTopic::Unknown,
             scene,
             thinning: Thinning::default(),
             time_ns: 0,
@@ -370,7 +375,7 @@ impl<W: Write> Recorder<W> {
         self.message(Topic::Scene, 0)
     }
 
-    /// Writes what the drives tell. It stands before the signals of its sample: where a file ends early, no sample is without it.
+    /// Writes the drive signals. It stands before the signals of its sample: where a file ends early, no sample is without it.
     #[inline]
     fn add_drives<const A: usize, const N: usize, M: Described>(
         &mut self,
@@ -378,24 +383,24 @@ impl<W: Write> Recorder<W> {
         sequence: u32,
         bytes: impl FnOnce(f64, &[crate::servo::DriveSignals; A]) -> [u8; N],
     ) -> Result<(), RecordingError> {
-        let telling = self.run.as_ref().map_or(Telling::Nothing, |run| run.drives);
-        let channel = match (telling, &period.drives) {
-            (Telling::Nothing, None) => return Ok(()),
-            (Telling::On(channel), Some(_)) => channel,
-            (Telling::Unknown, drives) => {
-                let telling = match drives {
-                    Some(_) => Telling::On(self.channel::<M>(DRIVES_TOPIC)?),
-                    None => Telling::Nothing,
+        let topic = self.run.as_ref().map_or(DriveTopic::Nothing, |run| run.drives);
+        let channel = match (topic, &period.drives) {
+            (DriveTopic::Nothing, None) => return Ok(()),
+            (DriveTopic::On(channel), Some(_)) => channel,
+            (DriveTopic::Unknown, drives) => {
+                let topic = match drives {
+                    Some(_) => DriveTopic::On(self.channel::<M>(DRIVES_TOPIC)?),
+                    None => DriveTopic::Nothing,
                 };
                 if let Some(run) = &mut self.run {
-                    run.drives = telling;
+                    run.drives = topic;
                 }
-                match telling {
-                    Telling::On(channel) => channel,
-                    Telling::Unknown | Telling::Nothing => return Ok(()),
+                match topic {
+                    DriveTopic::On(channel) => channel,
+                    DriveTopic::Unknown | DriveTopic::Nothing => return Ok(()),
                 }
             }
-            _ => return Err(self.out_of_order("what the drives tell stands in some of its samples only")),
+            _ => return Err(self.out_of_order("only some of the samples have drive signals")),
         };
         if let Some(drives) = &period.drives {
             self.buffer.clear();
@@ -541,18 +546,18 @@ fn third(period: &Period<3>, place: &BlockPlace) -> Third {
 
 /// What one drive tells.
 #[inline]
-fn drive(told: &crate::servo::DriveSignals) -> DriveSignals {
+fn drive(signals: &crate::servo::DriveSignals) -> DriveSignals {
     DriveSignals {
-        measured_mm: told.measured_mm,
-        measured_rad_s: told.measured_rad_s,
-        motor_mm: told.motor_mm,
-        table_mm_s: told.table_mm_s,
-        motor_torque_nm: told.motor_torque_nm,
-        ripple_nm: told.ripple_nm,
-        friction_nm: told.friction_nm,
-        force_nm: told.force_nm,
-        stuck: told.stuck,
-        in_gap: told.in_gap,
+        measured_mm: signals.measured_mm,
+        measured_rad_s: signals.measured_rad_s,
+        motor_mm: signals.motor_mm,
+        table_mm_s: signals.table_mm_s,
+        motor_torque_nm: signals.motor_torque_nm,
+        ripple_nm: signals.ripple_nm,
+        friction_nm: signals.friction_nm,
+        force_nm: signals.force_nm,
+        stuck: signals.stuck,
+        in_gap: signals.in_gap,
     }
 }
 

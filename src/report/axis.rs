@@ -151,7 +151,7 @@ impl Axis {
             let values = (low..=high)
                 .step_by(step)
                 .flat_map(|exponent| digits.iter().map(move |digit| f64::from(*digit) * power_of_ten(exponent)));
-            values.filter(inside).map(|value| Tick { value, label: figure(value, 6) }).collect()
+            values.filter(inside).map(|value| Tick { value, label: significant(value, 6) }).collect()
         };
         let fine = ticks(&[1, 2, 5], 1);
         let mut factor = 0;
@@ -188,7 +188,7 @@ impl Axis {
         let exponents = first..=first + whole(decades) + 1;
         let ticks = exponents.flat_map(|e| digits.iter().map(move |d| (*d, e))).map(|(digit, exponent)| {
             let value = format!("{digit}e{exponent}").parse().unwrap_or(1.0);
-            Tick { value, label: figure(value, 3) }
+            Tick { value, label: significant(value, 3) }
         });
         Self { range, ticks: ticks.filter(|tick| range.holds(tick.value)).collect(), factor: 0, logarithmic: true }
     }
@@ -265,7 +265,7 @@ fn superscript(number: i32) -> String {
 }
 
 /// A figure in a sentence: `digits` significant ones, thousands set apart from 10 000 on, powers of ten at the extremes.
-pub(super) fn figure(value: f64, digits: u8) -> String {
+pub(super) fn significant(value: f64, digits: u8) -> String {
     if !value.is_finite() {
         return if value.is_nan() { "?".to_owned() } else { signed(if value < 0.0 { "-∞" } else { "∞" }) };
     }
@@ -348,15 +348,15 @@ mod tests {
     }
 
     #[test]
-    fn figures_read_as_a_person_writes_them() {
-        assert_eq!(figure(27.0269, 4), "27.03");
-        assert_eq!(figure(48146.2, 5), "48\u{a0}146");
-        assert_eq!(figure(1234567.0, 7), "1\u{a0}234\u{a0}567");
-        assert_eq!(figure(-0.5, 3), "−0.5");
-        assert_eq!(figure(5.0, 4), "5");
-        assert_eq!(figure(0.0, 4), "0");
-        assert_eq!(figure(1.5e9, 3), "1.5·10⁹");
-        assert_eq!(figure(2e-7, 3), "2·10⁻⁷");
-        assert_eq!(figure(f64::INFINITY, 3), "∞");
+    fn metrics_read_as_a_person_writes_them() {
+        assert_eq!(significant(27.0269, 4), "27.03");
+        assert_eq!(significant(48146.2, 5), "48\u{a0}146");
+        assert_eq!(significant(1234567.0, 7), "1\u{a0}234\u{a0}567");
+        assert_eq!(significant(-0.5, 3), "−0.5");
+        assert_eq!(significant(5.0, 4), "5");
+        assert_eq!(significant(0.0, 4), "0");
+        assert_eq!(significant(1.5e9, 3), "1.5·10⁹");
+        assert_eq!(significant(2e-7, 3), "2·10⁻⁷");
+        assert_eq!(significant(f64::INFINITY, 3), "∞");
     }
 }

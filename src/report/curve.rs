@@ -1,6 +1,6 @@
-//! Polylines on their way to the sheet: thinned to what can be seen, clipped to their panel, dashed.
+//! Polylines on their way to the figure: thinned to what can be seen, clipped to their subplot, dashed.
 
-/// A point on the sheet \[px\], y downwards.
+/// A point on the figure \[px\], y downwards.
 pub(super) type Px = (f64, f64);
 
 /// Thinning never moves a line by more than this \[px\].
@@ -90,7 +90,7 @@ pub(super) fn length(v: Px) -> f64 {
     (v.0 * v.0 + v.1 * v.1).sqrt()
 }
 
-/// A rectangle on the sheet \[px\].
+/// A rectangle on the figure \[px\].
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Frame {
     pub(super) left: f64,

@@ -1,4 +1,4 @@
-//! What plots are drawn from: the facts of a run and its signals, thinned to a bounded number of samples on the way.
+//! What plots are drawn from: the metadata of a run and its signals, thinned to a bounded number of samples on the way.
 
 use crate::feedrate::{AxisLimits, Motion};
 use crate::interpolator::Setpoint;
@@ -15,7 +15,7 @@ const LARGEST: f64 = 1e100;
 
 /// What is known of a run beside its samples.
 #[derive(Debug, Clone, PartialEq, Default)]
-pub struct RunFacts {
+pub struct RunMetadata {
     /// Name in titles and legends.
     pub name: String,
     /// Control period \[s\].
@@ -213,9 +213,9 @@ impl Bucket {
     }
 }
 
-/// Figures over all samples, whatever is thinned.
+/// Metrics over all samples, whatever is thinned.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
-pub(super) struct Figures {
+pub(super) struct Metrics {
     pub(super) samples: u64,
     pub(super) skipped: u64,
     pub(super) end_s: f64,
@@ -229,7 +229,7 @@ pub(super) struct Figures {
     contour_squares: f64,
 }
 
-impl Figures {
+impl Metrics {
     fn add(&mut self, sample: &PlotSample) {
         if self.samples == 0 || sample.contour_error_um.abs() > self.worst.contour_error_um.abs() {
             self.worst = *sample;
@@ -258,7 +258,7 @@ impl Figures {
 /// highest value of every signal, so that no peak is lost. (Usually some ten samples a bucket, 10 MB; 32 at the most.)
 #[derive(Debug, Clone, PartialEq)]
 pub struct RunData {
-    facts: RunFacts,
+    metadata: RunMetadata,
     /// Samples of the closed buckets.
     samples: Vec<PlotSample>,
     /// Where in `samples` each closed bucket ends.
@@ -267,35 +267,35 @@ pub struct RunData {
     per_bucket: u64,
     /// The bucket being filled, and how many samples went into it.
     open: Option<(Box<Bucket>, u64)>,
-    figures: Figures,
+    metrics: Metrics,
     /// Whether the block that an observed run is in is rapid motion.
     rapid: bool,
 }
 
 impl RunData {
     /// A run without samples yet.
-    pub fn new(facts: RunFacts) -> Self {
-        let figures = Figures::default();
-        Self { facts, samples: Vec::new(), ends: Vec::new(), per_bucket: 1, open: None, figures, rapid: false }
+    pub fn new(metadata: RunMetadata) -> Self {
+        let metrics = Metrics::default();
+        Self { metadata, samples: Vec::new(), ends: Vec::new(), per_bucket: 1, open: None, metrics, rapid: false }
     }
 
-    /// The facts given.
-    pub fn facts(&self) -> &RunFacts {
-        &self.facts
+    /// The metadata given.
+    pub fn metadata(&self) -> &RunMetadata {
+        &self.metadata
     }
 
-    /// The facts, to add what is known only when the run is over (limit checks, a warning).
-    pub fn facts_mut(&mut self) -> &mut RunFacts {
-        &mut self.facts
+    /// The metadata, to add what is known only when the run is over (limit checks, a warning).
+    pub fn metadata_mut(&mut self) -> &mut RunMetadata {
+        &mut self.metadata
     }
 
     /// Takes the next sample. One with a value that is not a finite number of at most 1e100 is skipped (and counted).
     pub fn push(&mut self, sample: &PlotSample) {
         if !sample.is_finite() {
-            self.figures.skipped += 1;
+            self.metrics.skipped += 1;
             return;
         }
-        self.figures.add(sample);
+        self.metrics.add(sample);
         if self.per_bucket == 1 {
             self.samples.push(*sample);
             self.ends.push(self.samples.len());
@@ -352,22 +352,22 @@ impl RunData {
 
     /// How many samples were skipped because a value was not finite.
     pub fn skipped(&self) -> u64 {
-        self.figures.skipped
+        self.metrics.skipped
     }
 
-    pub(super) fn figures(&self) -> &Figures {
-        &self.figures
+    pub(super) fn metrics(&self) -> &Metrics {
+        &self.metrics
     }
 
     /// The check of the limit with this key.
     pub(super) fn limit(&self, name: &str) -> Option<&LimitCheck> {
-        self.facts.limits.iter().find(|check| check.name == name && check.limit > 0.0 && check.limit <= LARGEST)
+        self.metadata.limits.iter().find(|check| check.name == name && check.limit > 0.0 && check.limit <= LARGEST)
     }
 }
 
 impl<const A: usize> Observer<A> for RunData {
     fn begin(&mut self, _plan: &RunPlan<'_, A>) -> Result<(), ObserverError> {
-        self.facts.three_axes = A > 2;
+        self.metadata.three_axes = A > 2;
         Ok(())
     }
 

@@ -3,7 +3,7 @@
 use std::fs;
 use std::path::{Path, PathBuf};
 
-use super::sheet::Sheet;
+use super::figure::Figure;
 use super::{Format, PlotKind, ReportError, RunData, drawn, plots};
 
 /// Draws every plot that applies to the runs and writes `STEM-path.svg`, `STEM-contour.svg`, `STEM-feedrate.svg`,
@@ -20,26 +20,26 @@ pub fn write_all(runs: &[RunData], folder: &Path, stem: &str, format: Format) ->
         return Err(ReportError::Nothing { kind: PlotKind::Path });
     }
     let kinds = PlotKind::ALL.into_iter().filter(|kind| kind.applies_to(runs));
-    write_sheets(kinds.map(|kind| (kind.name(), plots::sheet(runs, kind))), folder, stem, format)
+    write_figures(kinds.map(|kind| (kind.name(), plots::figure(runs, kind))), folder, stem, format)
 }
 
-/// Writes each sheet as `STEM-NAME.svg` (or `.png`) into `folder`, which is made if it is missing; existing files are
-/// replaced. Returns the files in the order of the sheets. The way of every plot to its file, of runs and of anything else.
+/// Writes each figure as `STEM-NAME.svg` (or `.png`) into `folder`, which is made if it is missing; existing files are
+/// replaced. Returns the files in the order of the figures. The way of every plot to its file, of runs and of anything else.
 ///
-/// All sheets are drawn before the first is written, and each file appears under its name only when it is complete.
+/// All figures are drawn before the first is written, and each file appears under its name only when it is complete.
 ///
 /// # Errors
-/// A stem that is no plain file name, a sheet that cannot be drawn, a file or folder that cannot be written.
-pub(super) fn write_sheets(
-    sheets: impl IntoIterator<Item = (&'static str, Sheet)>,
+/// A stem that is no plain file name, a figure that cannot be drawn, a file or folder that cannot be written.
+pub(super) fn write_figures(
+    figures: impl IntoIterator<Item = (&'static str, Figure)>,
     folder: &Path,
     stem: &str,
     format: Format,
 ) -> Result<Vec<PathBuf>, ReportError> {
     check_stem(stem)?;
-    let plots = sheets
+    let plots = figures
         .into_iter()
-        .map(|(name, sheet)| Ok((format!("{stem}-{name}.{}", format.extension()), drawn(&sheet, name, format)?)))
+        .map(|(name, figure)| Ok((format!("{stem}-{name}.{}", format.extension()), drawn(&figure, name, format)?)))
         .collect::<Result<Vec<_>, ReportError>>()?;
     fs::create_dir_all(folder).map_err(|source| ReportError::Write { file: folder.to_owned(), source })?;
     let mut files = Vec::with_capacity(plots.len());

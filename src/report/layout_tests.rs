@@ -1,10 +1,10 @@
-//! That sheets are laid out as a person would: nothing off the sheet, no text on another.
+//! That figures are laid out as a person would: nothing off the figure, no text on another.
 
 use std::sync::OnceLock;
 
 use super::curve::Frame;
-use super::sheet::{HEIGHT_PX, Lettering, Mark, Sheet, WIDTH_PX};
-use super::{PlotKind, PlotSample, RunData, RunFacts, plots};
+use super::figure::{Figure, HEIGHT_PX, Mark, TextFormat, WIDTH_PX};
+use super::{PlotKind, PlotSample, RunData, RunMetadata, plots};
 use crate::feedrate::{Motion, Profile, optimize_n_c};
 use crate::limits::LimitCheck;
 use crate::optimize::Step;
@@ -18,7 +18,7 @@ fn search() -> &'static [Step] {
 fn run(name: &str, samples: u32, duration_s: f64, size: f64) -> RunData {
     let limit = |name: &str, limit| LimitCheck { name: name.to_owned(), value: limit, limit, kept: true };
     let motion = Motion::plan(100.0, 100.0, Profile::Quintic { phase_s: 0.1 }).ok();
-    let mut data = RunData::new(RunFacts {
+    let mut data = RunData::new(RunMetadata {
         name: name.to_owned(),
         period_s: 1e-3,
         three_axes: size >= 1.0,
@@ -33,7 +33,7 @@ fn run(name: &str, samples: u32, duration_s: f64, size: f64) -> RunData {
         closed: true,
         n_c_search: Some(search().to_vec()),
         comparison: motion.map(|motion| ("plain quintic".to_owned(), motion)),
-        ..RunFacts::default()
+        ..RunMetadata::default()
     });
     for k in 0..samples {
         let share = f64::from(k) / f64::from(samples);
@@ -69,40 +69,40 @@ fn cases() -> Vec<Vec<RunData>> {
         cases.push((0..count).map(|i| run(&name(i), 300, 1.0 + f64::from(i) * 0.1, 1.0 + f64::from(i))).collect());
     }
     let mut warned = run("locked", 500, 1.0, 3.0);
-    warned.facts_mut().warning = Some("axis x locked up: saturated since 0.2 s and not recovering ".repeat(5));
+    warned.metadata_mut().warning = Some("axis x locked up: saturated since 0.2 s and not recovering ".repeat(5));
     cases.push(vec![warned.clone()]);
     cases.push(vec![warned.clone(), warned]);
     cases
 }
 
 /// Every plot of every case, drawn once.
-fn each(check: impl Fn(&str, &Sheet)) {
-    static SHEETS: OnceLock<Vec<(String, Sheet)>> = OnceLock::new();
-    let sheets = SHEETS.get_or_init(|| {
-        let mut sheets = Vec::new();
+fn each(check: impl Fn(&str, &Figure)) {
+    static SHEETS: OnceLock<Vec<(String, Figure)>> = OnceLock::new();
+    let figures = SHEETS.get_or_init(|| {
+        let mut figures = Vec::new();
         for (i, runs) in cases().iter().enumerate() {
-            let draw = |kind| (format!("case {i}, {kind:?} of {} runs", runs.len()), plots::sheet(runs, kind));
-            sheets.extend(PlotKind::ALL.map(draw));
+            let draw = |kind| (format!("case {i}, {kind:?} of {} runs", runs.len()), plots::figure(runs, kind));
+            figures.extend(PlotKind::ALL.map(draw));
         }
-        sheets
+        figures
     });
-    for (name, sheet) in sheets {
-        check(name, sheet);
+    for (name, figure) in figures {
+        check(name, figure);
     }
 }
 
-fn texts(sheet: &Sheet) -> Vec<&Lettering> {
-    sheet.marks.iter().filter_map(|mark| if let Mark::Lettering(text) = mark { Some(text) } else { None }).collect()
+fn texts(figure: &Figure) -> Vec<&TextFormat> {
+    figure.marks.iter().filter_map(|mark| if let Mark::TextFormat(text) = mark { Some(text) } else { None }).collect()
 }
 
 #[test]
-fn no_text_lies_on_another_or_leaves_the_sheet() {
+fn no_text_lies_on_another_or_leaves_the_figure() {
     let page = Frame { left: 4.0, top: 4.0, right: WIDTH_PX - 4.0, bottom: HEIGHT_PX - 4.0 };
-    each(|name, sheet| {
-        let texts = texts(sheet);
+    each(|name, figure| {
+        let texts = texts(figure);
         assert!(texts.len() > 5, "{name}");
         for (i, a) in texts.iter().enumerate() {
-            assert!(a.frame().is_within(&page), "{name}: `{}` leaves the sheet: {:?}", a.text, a.frame());
+            assert!(a.frame().is_within(&page), "{name}: `{}` leaves the figure: {:?}", a.text, a.frame());
             for b in &texts[..i] {
                 assert!(!a.frame().overlaps(&b.frame()), "{name}: `{}` lies on `{}`", a.text, b.text);
             }
@@ -111,16 +111,16 @@ fn no_text_lies_on_another_or_leaves_the_sheet() {
 }
 
 #[test]
-fn every_mark_lies_on_the_sheet() {
-    each(|name, sheet| {
-        for mark in &sheet.marks {
+fn every_mark_lies_on_the_figure() {
+    each(|name, figure| {
+        for mark in &figure.marks {
             let points = match mark {
                 Mark::Line { points, .. } | Mark::Area { points, .. } => points.clone(),
                 Mark::Dot { at, .. } => vec![*at],
                 Mark::Image(image) => {
                     vec![(image.frame.left, image.frame.top), (image.frame.right, image.frame.bottom)]
                 }
-                Mark::Lettering(_) => continue,
+                Mark::TextFormat(_) => continue,
             };
             for (x, y) in points {
                 let on = (-0.01..=WIDTH_PX + 0.01).contains(&x) && (-0.01..=HEIGHT_PX + 0.01).contains(&y);
@@ -132,9 +132,9 @@ fn every_mark_lies_on_the_sheet() {
 
 #[test]
 fn every_axis_has_at_least_two_ticks_and_no_label_twice_in_a_row() {
-    each(|name, sheet| {
-        let texts = texts(sheet);
-        // Labels below a panel share their height.
+    each(|name, figure| {
+        let texts = texts(figure);
+        // Labels below a subplot share their height.
         for a in &texts {
             let row: Vec<&str> = texts
                 .iter()

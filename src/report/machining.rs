@@ -7,18 +7,18 @@ use std::path::{Path, PathBuf};
 
 use serde::Serialize;
 
-use super::files::write_sheets;
+use super::files::write_figures;
 use super::plots::{deviation, path_3d, rings, stepover};
 use super::{Format, ReportError, drawn};
 use crate::toolpath::stepover::{StepoverError, exact_mm, fast_mm, flat_mm};
 
 /// One deviation map.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct DeviationPanel<'a> {
+pub struct DeviationSubplot<'a> {
     /// What it shows: "nominal", "as cut".
     pub title: &'a str,
-    /// Figures of it, in one line below the map (where there is room).
-    pub facts: &'a str,
+    /// Metrics of it, in one line below the map (where there is room).
+    pub caption: &'a str,
     /// Lower left corner \[mm\].
     pub low_mm: [f64; 2],
     /// Side of a cell \[mm\].
@@ -35,9 +35,9 @@ pub struct DeviationPicture<'a> {
     /// Name of the part.
     pub name: &'a str,
     /// What was measured, in one line.
-    pub facts: &'a str,
+    pub caption: &'a str,
     /// The maps, side by side.
-    pub maps: Vec<DeviationPanel<'a>>,
+    pub maps: Vec<DeviationSubplot<'a>>,
     /// Deepest gouge allowed \[µm\], positive.
     pub gouge_limit_um: Option<f64>,
     /// Highest scallop allowed \[µm\].
@@ -45,13 +45,13 @@ pub struct DeviationPicture<'a> {
 }
 
 impl DeviationPicture<'_> {
-    /// The bytes of an SVG document (UTF-8) or of a PNG file. Where a map has more cells than the sheet can show, each square of
+    /// The bytes of an SVG document (UTF-8) or of a PNG file. Where a map has more cells than the figure can show, each square of
     /// the picture has the worst deviation of its cells: uncut, else the largest in magnitude.
     ///
     /// # Errors
     /// A failure of the drawing backend.
     pub fn draw(&self, format: Format) -> Result<Vec<u8>, ReportError> {
-        drawn(&deviation::sheet(self), "deviation", format)
+        drawn(&deviation::figure(self), "deviation", format)
     }
 
     /// Writes `STEM-deviation.svg` (or `.png`) into `folder`.
@@ -59,7 +59,7 @@ impl DeviationPicture<'_> {
     /// # Errors
     /// A stem that is no plain file name, a failure of the drawing backend, a file that cannot be written.
     pub fn write(&self, folder: &Path, stem: &str, format: Format) -> Result<Vec<PathBuf>, ReportError> {
-        write_sheets([("deviation", deviation::sheet(self))], folder, stem, format)
+        write_figures([("deviation", deviation::figure(self))], folder, stem, format)
     }
 }
 
@@ -89,7 +89,7 @@ pub struct PathPicture {
     /// Name of the part.
     pub name: String,
     /// How many rings, how long, in one line.
-    pub facts: String,
+    pub caption: String,
     /// The moves in their order.
     pub moves: Vec<PathMove>,
     /// Borders of the machined region in plan \[mm\], each closed.
@@ -102,7 +102,7 @@ impl PathPicture {
     /// # Errors
     /// A failure of the drawing backend.
     pub fn draw_rings(&self, format: Format) -> Result<Vec<u8>, ReportError> {
-        drawn(&rings::sheet(self), "rings", format)
+        drawn(&rings::figure(self), "rings", format)
     }
 
     /// The path in three dimensions, seen along a slanted axis, coloured by height: the bytes of an SVG document (UTF-8) or of a
@@ -111,7 +111,7 @@ impl PathPicture {
     /// # Errors
     /// A failure of the drawing backend.
     pub fn draw_3d(&self, format: Format) -> Result<Vec<u8>, ReportError> {
-        drawn(&path_3d::sheet(self), "path3d", format)
+        drawn(&path_3d::figure(self), "path3d", format)
     }
 
     /// Writes `STEM-rings.svg` and `STEM-path3d.svg` (or `.png`) into `folder`.
@@ -119,7 +119,7 @@ impl PathPicture {
     /// # Errors
     /// A stem that is no plain file name, a failure of the drawing backend, a file that cannot be written.
     pub fn write(&self, folder: &Path, stem: &str, format: Format) -> Result<Vec<PathBuf>, ReportError> {
-        write_sheets([("rings", rings::sheet(self)), ("path3d", path_3d::sheet(self))], folder, stem, format)
+        write_figures([("rings", rings::figure(self)), ("path3d", path_3d::figure(self))], folder, stem, format)
     }
 }
 
@@ -206,7 +206,7 @@ impl StepoverPicture {
     /// # Errors
     /// A failure of the drawing backend.
     pub fn draw(&self, format: Format) -> Result<Vec<u8>, ReportError> {
-        drawn(&stepover::sheet(self), "stepover", format)
+        drawn(&stepover::figure(self), "stepover", format)
     }
 
     /// Writes `STEM-stepover.svg` (or `.png`) into `folder`.
@@ -214,6 +214,6 @@ impl StepoverPicture {
     /// # Errors
     /// A stem that is no plain file name, a failure of the drawing backend, a file that cannot be written.
     pub fn write(&self, folder: &Path, stem: &str, format: Format) -> Result<Vec<PathBuf>, ReportError> {
-        write_sheets([("stepover", stepover::sheet(self))], folder, stem, format)
+        write_figures([("stepover", stepover::figure(self))], folder, stem, format)
     }
 }

@@ -1,19 +1,19 @@
-//! That the pictures of tool paths are laid out as a person would: nothing off the sheet, no text on another.
+//! That the pictures of tool paths are laid out as a person would: nothing off the figure, no text on another.
 
 use super::curve::Frame;
-use super::machining::{DeviationPanel, DeviationPicture, MoveKind, PathMove, PathPicture, StepoverPicture};
+use super::figure::{Figure, HEIGHT_PX, Mark, TextFormat, WIDTH_PX};
+use super::machining::{DeviationPicture, DeviationSubplot, MoveKind, PathMove, PathPicture, StepoverPicture};
 use super::plots::{deviation, path_3d, rings, stepover};
-use super::sheet::{HEIGHT_PX, Lettering, Mark, Sheet, WIDTH_PX};
 
-fn sheets() -> Vec<(String, Sheet)> {
-    let mut sheets = vec![("stepover".to_owned(), stepover::sheet(&StepoverPicture::default()))];
+fn figures() -> Vec<(String, Figure)> {
+    let mut figures = vec![("stepover".to_owned(), stepover::figure(&StepoverPicture::default()))];
     for columns in [1, 20, 100, 2000] {
         for size in [1e-4, 1.0, 30.0, 1e6] {
             for maps in [1, 2] {
                 let values: Vec<f32> = (0..2000_u16).map(|i| (f32::from(i) * 0.1).sin() * size).collect();
-                let panel = DeviationPanel {
+                let subplot = DeviationSubplot {
                     title: "as cut, with a title that is long",
-                    facts: "facts that are long as well, over the cells of a map, and said in one line of text below it",
+                    caption: "caption that are long as well, over the cells of a map, and said in one line of text below it",
                     low_mm: [-1e3 * f64::from(size), 7.0],
                     cell_mm: 0.1,
                     columns,
@@ -22,13 +22,13 @@ fn sheets() -> Vec<(String, Sheet)> {
                 for limit in [None, Some(10.0), Some(0.95 * f64::from(size))] {
                     let picture = DeviationPicture {
                         name: "part",
-                        facts: "facts",
-                        maps: vec![panel; maps],
+                        caption: "caption",
+                        maps: vec![subplot; maps],
                         gouge_limit_um: limit,
                         excess_limit_um: limit.map(|limit| 2.0 * limit),
                     };
                     let name = format!("{maps} maps of {columns} columns, ±{size} µm, limit {limit:?}");
-                    sheets.push((name, deviation::sheet(&picture)));
+                    figures.push((name, deviation::figure(&picture)));
                 }
             }
         }
@@ -48,41 +48,41 @@ fn sheets() -> Vec<(String, Sheet)> {
         let part = |kind| PathMove { kind, points_mm: points_mm.clone() };
         let picture = PathPicture {
             name: "part".to_owned(),
-            facts: "facts".to_owned(),
+            caption: "caption".to_owned(),
             moves: vec![part(MoveKind::Air), part(MoveKind::Ring(0)), part(MoveKind::Link), part(MoveKind::Ring(3))],
             borders_mm: vec![],
         };
-        sheets.push((format!("rings {size:?}"), rings::sheet(&picture)));
-        sheets.push((format!("3d {size:?}"), path_3d::sheet(&picture)));
+        figures.push((format!("rings {size:?}"), rings::figure(&picture)));
+        figures.push((format!("3d {size:?}"), path_3d::figure(&picture)));
     }
-    sheets
+    figures
 }
 
 #[test]
-fn no_text_lies_on_another_and_nothing_leaves_the_sheet() {
+fn no_text_lies_on_another_and_nothing_leaves_the_figure() {
     let page = Frame { left: 2.0, top: 2.0, right: WIDTH_PX - 2.0, bottom: HEIGHT_PX - 2.0 };
     let mut wrong = Vec::new();
-    for (name, sheet) in sheets() {
-        let mut texts: Vec<&Lettering> = Vec::new();
-        for mark in &sheet.marks {
+    for (name, figure) in figures() {
+        let mut texts: Vec<&TextFormat> = Vec::new();
+        for mark in &figure.marks {
             let points = match mark {
                 Mark::Line { points, .. } | Mark::Area { points, .. } => points.clone(),
                 Mark::Dot { at, .. } => vec![*at],
                 Mark::Image(image) => {
                     vec![(image.frame.left, image.frame.top), (image.frame.right, image.frame.bottom)]
                 }
-                Mark::Lettering(text) => {
+                Mark::TextFormat(text) => {
                     texts.push(text);
                     continue;
                 }
             };
             if points.iter().any(|&(x, y)| !(0.0..=WIDTH_PX).contains(&x) || !(0.0..=HEIGHT_PX).contains(&y)) {
-                wrong.push(format!("{name}: a mark leaves the sheet: {:?}", points.first()));
+                wrong.push(format!("{name}: a mark leaves the figure: {:?}", points.first()));
             }
         }
         for (i, a) in texts.iter().enumerate() {
             if !a.frame().is_within(&page) {
-                wrong.push(format!("{name}: `{}` leaves the sheet", a.text));
+                wrong.push(format!("{name}: `{}` leaves the figure", a.text));
             }
             for b in texts.iter().take(i).filter(|b| a.frame().overlaps(&b.frame())) {
                 wrong.push(format!("{name}: `{}` lies on `{}`", a.text, b.text));

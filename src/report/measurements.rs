@@ -2,7 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
-use super::files::write_sheets;
+use super::files::write_figures;
 use super::plots::{circle, learning, response, steps};
 use super::{Format, ReportError};
 use crate::learning::Learned;
@@ -14,7 +14,7 @@ use crate::measure::{CircleTest, Response, Steps};
 /// # Errors
 /// A stem that is no plain file name, a failure of the drawing backend, a file that cannot be written.
 pub fn write_circle(test: &CircleTest, folder: &Path, stem: &str, format: Format) -> Result<Vec<PathBuf>, ReportError> {
-    write_sheets([("circle", circle::sheet(test))], folder, stem, format)
+    write_figures([("circle", circle::figure(test))], folder, stem, format)
 }
 
 /// Writes the frequency response as `STEM-response.svg` (or `.png`) into `folder`: magnitude and phase, measured and of the model.
@@ -27,7 +27,7 @@ pub fn write_response(
     stem: &str,
     format: Format,
 ) -> Result<Vec<PathBuf>, ReportError> {
-    write_sheets([("response", response::sheet(measured))], folder, stem, format)
+    write_figures([("response", response::figure(measured))], folder, stem, format)
 }
 
 /// Writes step and following error as `STEM-steps.svg` (or `.png`) into `folder`.
@@ -35,7 +35,7 @@ pub fn write_response(
 /// # Errors
 /// As those of [`write_circle`].
 pub fn write_steps(measured: &Steps, folder: &Path, stem: &str, format: Format) -> Result<Vec<PathBuf>, ReportError> {
-    write_sheets([("steps", steps::sheet(measured))], folder, stem, format)
+    write_figures([("steps", steps::figure(measured))], folder, stem, format)
 }
 
 /// Writes how learning went as `STEM-learning.svg` (or `.png`) into `folder`: errors over runs, and the correction that was learned.
@@ -48,5 +48,5 @@ pub fn write_learning(
     stem: &str,
     format: Format,
 ) -> Result<Vec<PathBuf>, ReportError> {
-    write_sheets([("learning", learning::sheet(learned))], folder, stem, format)
+    write_figures([("learning", learning::figure(learned))], folder, stem, format)
 }

@@ -1,12 +1,12 @@
-//! That the pictures of measurements are laid out as a person would: nothing off the sheet, no text on another.
+//! That the pictures of measurements are laid out as a person would: nothing off the figure, no text on another.
 
 use super::curve::Frame;
+use super::figure::{Figure, HEIGHT_PX, Mark, TextFormat, WIDTH_PX};
 use super::plots::{circle, learning, response, steps};
-use super::sheet::{HEIGHT_PX, Lettering, Mark, Sheet, WIDTH_PX};
 use crate::learning::{LearnRun, Learned};
 use crate::measure::{
-    AxisResponse, AxisSteps, CircleTest, Direction, Radial, RampFigures, Response, ResponsePoint, Sampled, Spike,
-    StepFigures, Steps,
+    AxisResponse, AxisSteps, CircleTest, Direction, Radial, RampMetrics, Response, ResponsePoint, Sampled, Spike,
+    StepMetrics, Steps,
 };
 
 fn test(size: f64, samples: u32) -> CircleTest {
@@ -41,7 +41,7 @@ fn test(size: f64, samples: u32) -> CircleTest {
         }
     };
     CircleTest {
-        scenario: "a scenario with a name that goes on and on and on, longer than any sheet is wide ".repeat(3),
+        scenario: "a scenario with a name that goes on and on and on, longer than any figure is wide ".repeat(3),
         radius_mm: 50.0,
         feed_mm_s: 100.0,
         turns: 1,
@@ -93,7 +93,7 @@ fn ramps(size: f64, count: u32, settles: bool) -> Steps {
     let axis = |name: &str| AxisSteps {
         axis: name.to_owned(),
         stable: true,
-        step: StepFigures {
+        step: StepMetrics {
             rise_s: None,
             overshoot_percent: 10.0,
             settling_s,
@@ -101,7 +101,7 @@ fn ramps(size: f64, count: u32, settles: bool) -> Steps {
             saturated_samples: 1,
             locked_up: false,
         },
-        ramp: RampFigures {
+        ramp: RampMetrics {
             feed_mm_s: 100.0,
             length_mm: 60.0,
             following_error_um: size,
@@ -148,43 +148,43 @@ fn learned(size: f64, count: u32) -> Learned {
     }
 }
 
-fn sheets() -> Vec<(String, Sheet)> {
-    let mut sheets = Vec::new();
+fn figures() -> Vec<(String, Figure)> {
+    let mut figures = Vec::new();
     for after in [30.0, 43.0, 45.0, 47.0] {
         // Tips beside the angles around the grid, on its edge.
         let mut circles = test(1.0, 5000);
         for spike in circles.directions.iter_mut().flat_map(|direction| &mut direction.spikes) {
             spike.tip_deg = spike.at_deg + after;
         }
-        sheets.push((format!("circle, tips {after}"), circle::sheet(&circles)));
+        figures.push((format!("circle, tips {after}"), circle::figure(&circles)));
     }
     for size in [0.0, 1e-9, 1e-3, 1.0, 37.0, 1e6] {
         for samples in [0, 1, 2, 100, 5000] {
-            sheets.push((format!("circle {size} {samples}"), circle::sheet(&test(size, samples))));
+            figures.push((format!("circle {size} {samples}"), circle::figure(&test(size, samples))));
             let settles = samples % 2 == 0;
-            sheets.push((format!("steps {size} {samples}"), steps::sheet(&ramps(size, samples, settles))));
+            figures.push((format!("steps {size} {samples}"), steps::figure(&ramps(size, samples, settles))));
         }
         for count in [1, 2, 3, 60, 200] {
-            sheets.push((format!("learning {size} {count}"), learning::sheet(&learned(size, count))));
+            figures.push((format!("learning {size} {count}"), learning::figure(&learned(size, count))));
             let hz = size.max(1e-6);
-            sheets.push((format!("response {size} {count}"), response::sheet(&responses(hz, count.min(100)))));
+            figures.push((format!("response {size} {count}"), response::figure(&responses(hz, count.min(100)))));
         }
     }
-    sheets
+    figures
 }
 
 #[test]
-fn no_text_lies_on_another_and_nothing_leaves_the_sheet() {
+fn no_text_lies_on_another_and_nothing_leaves_the_figure() {
     let page = Frame { left: 2.0, top: 2.0, right: WIDTH_PX - 2.0, bottom: HEIGHT_PX - 2.0 };
     let mut wrong = Vec::new();
-    for (name, sheet) in sheets() {
-        let mut texts: Vec<&Lettering> = Vec::new();
-        for mark in &sheet.marks {
+    for (name, figure) in figures() {
+        let mut texts: Vec<&TextFormat> = Vec::new();
+        for mark in &figure.marks {
             let points = match mark {
                 Mark::Line { points, .. } | Mark::Area { points, .. } => points.clone(),
                 Mark::Dot { at, .. } => vec![*at],
                 Mark::Image(image) => vec![(image.frame.left, image.frame.top)],
-                Mark::Lettering(text) => {
+                Mark::TextFormat(text) => {
                     texts.push(text);
                     continue;
                 }
@@ -193,12 +193,12 @@ fn no_text_lies_on_another_and_nothing_leaves_the_sheet() {
                 .iter()
                 .any(|&(x, y)| !(-0.01..=WIDTH_PX + 0.01).contains(&x) || !(-0.01..=HEIGHT_PX + 0.01).contains(&y))
             {
-                wrong.push(format!("{name}: a mark leaves the sheet: {:?}", points.first()));
+                wrong.push(format!("{name}: a mark leaves the figure: {:?}", points.first()));
             }
         }
         for (i, a) in texts.iter().enumerate() {
             if !a.frame().is_within(&page) {
-                wrong.push(format!("{name}: `{}` leaves the sheet", a.text));
+                wrong.push(format!("{name}: `{}` leaves the figure", a.text));
             }
             for b in texts.iter().take(i).filter(|b| a.frame().overlaps(&b.frame())) {
                 wrong.push(format!("{name}: `{}` lies on `{}`", a.text, b.text));

@@ -26,6 +26,7 @@
 mod axis;
 mod curve;
 mod data;
+mod figure;
 mod files;
 mod font;
 #[cfg(test)]
@@ -37,10 +38,9 @@ mod machining_layout_tests;
 mod measurements;
 #[cfg(test)]
 mod measurements_layout_tests;
-mod panel;
 mod pixels;
 mod plots;
-mod sheet;
+mod subplot;
 mod sweep;
 
 use std::io;
@@ -48,11 +48,11 @@ use std::path::PathBuf;
 
 use crate::optimize::Step;
 
-pub use data::{AxisLoad, AxisLoads, MAX_BUCKETS, PlotSample, RunData, RunFacts};
+pub use data::{AxisLoad, AxisLoads, MAX_BUCKETS, PlotSample, RunData, RunMetadata};
 pub use files::{write_all, write_file};
 pub use loops::write_loops;
 pub use machining::{
-    DeviationPanel, DeviationPicture, MoveKind, PathMove, PathPicture, StepoverPicture, StepoverRow, stepover_row,
+    DeviationPicture, DeviationSubplot, MoveKind, PathMove, PathPicture, StepoverPicture, StepoverRow, stepover_row,
 };
 pub use measurements::{write_circle, write_learning, write_response, write_steps};
 pub use sweep::{SweepAxis, SweepCell, SweepPicture, SweepPlot};
@@ -108,9 +108,9 @@ impl PlotKind {
     /// machine with three axes.
     pub fn applies_to(self, runs: &[RunData]) -> bool {
         match self {
-            Self::Search => runs.iter().any(|run| run.facts().n_c_search.as_ref().is_some_and(|s| !s.is_empty())),
-            Self::Axes => runs.iter().any(|run| run.facts().axis_loads.is_some()),
-            Self::Space => runs.iter().any(|run| run.facts().three_axes),
+            Self::Search => runs.iter().any(|run| run.metadata().n_c_search.as_ref().is_some_and(|s| !s.is_empty())),
+            Self::Axes => runs.iter().any(|run| run.metadata().axis_loads.is_some()),
+            Self::Space => runs.iter().any(|run| run.metadata().three_axes),
             _ => !runs.is_empty(),
         }
     }
@@ -178,7 +178,7 @@ pub fn draw(runs: &[RunData], kind: PlotKind, format: Format) -> Result<Vec<u8>,
     if !kind.applies_to(runs) {
         return Err(ReportError::Nothing { kind });
     }
-    drawn(&plots::sheet(runs, kind), kind.name(), format)
+    drawn(&plots::figure(runs, kind), kind.name(), format)
 }
 
 /// How a tuning converged, for [`write_convergence`].
@@ -201,7 +201,7 @@ pub struct Convergence<'a> {
 /// # Errors
 /// A failure of the drawing backend.
 pub fn draw_convergence(convergence: &Convergence<'_>, format: Format) -> Result<Vec<u8>, ReportError> {
-    drawn(&plots::convergence_sheet(convergence), "tune", format)
+    drawn(&plots::convergence_figure(convergence), "tune", format)
 }
 
 /// Writes the plot of [`draw_convergence`] as `STEM-tune.svg` (or `.png`) into `folder`, as [`write_all`] does.
@@ -214,14 +214,14 @@ pub fn write_convergence(
     stem: &str,
     format: Format,
 ) -> Result<Vec<PathBuf>, ReportError> {
-    files::write_sheets([("tune", plots::convergence_sheet(convergence))], folder, stem, format)
+    files::write_figures([("tune", plots::convergence_figure(convergence))], folder, stem, format)
 }
 
-/// The bytes of a sheet; `plot` is what messages and file names call it.
-fn drawn(sheet: &sheet::Sheet, plot: &'static str, format: Format) -> Result<Vec<u8>, ReportError> {
+/// The bytes of a figure; `plot` is what messages and file names call it.
+fn drawn(figure: &figure::Figure, plot: &'static str, format: Format) -> Result<Vec<u8>, ReportError> {
     let drawn = match format {
-        Format::Svg => sheet.svg(),
-        Format::Png => sheet.png(),
+        Format::Svg => figure.svg(),
+        Format::Png => figure.png(),
     };
     drawn.map_err(|reason| ReportError::Draw { plot, reason })
 }

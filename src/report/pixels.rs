@@ -13,8 +13,8 @@ use plotters_backend::{
 };
 
 use super::curve::{Frame, Px, distance_to_segment, length};
+use super::figure::{Image, UNITS_PER_PX, em_units};
 use super::font;
-use super::sheet::{Image, UNITS_PER_PX, em_units};
 
 /// Pixels of the file per pixel of the layout: sharp on dense screens and in print.
 const DENSITY: f64 = 2.0;
@@ -41,7 +41,7 @@ pub(super) struct Pixels {
 }
 
 impl Pixels {
-    /// A white sheet of this size in pixels of the layout.
+    /// A white figure of this size in pixels of the layout.
     pub(super) fn new(width_px: f64, height_px: f64) -> Self {
         let (width, height) = (index(width_px * DENSITY), index(height_px * DENSITY));
         let (data, cover) = (vec![255; 3 * width * height], vec![0.0; width * height]);
@@ -257,7 +257,7 @@ impl DrawingBackend for Pixels {
         let Some(font) = font::font() else { return Ok(()) };
         let em = em_units(style.size()) / UNITS;
         let width = font::width_px(text, em);
-        let mut pen = match style.anchor().h_pos {
+        let mut line_style = match style.anchor().h_pos {
             HPos::Left => 0.0,
             HPos::Center => -0.5 * width,
             HPos::Right => -width,
@@ -270,8 +270,8 @@ impl DrawingBackend for Pixels {
         let scale = PxScale::from(narrow(em * f64::from(font.height_unscaled()) / units_per_em));
         for c in text.chars() {
             let id = font.glyph_id(c);
-            let glyph = id.with_scale_and_position(scale, point(narrow(pen), narrow(base)));
-            pen += font::advance_em(font, id) * em;
+            let glyph = id.with_scale_and_position(scale, point(narrow(line_style), narrow(base)));
+            line_style += font::advance_em(font, id) * em;
             let Some(outline) = font.outline_glyph(glyph) else { continue };
             let bounds = outline.px_bounds();
             outline.draw(|column, row, share| {
@@ -298,7 +298,7 @@ fn pixel((x, y): BackendCoord) -> Px {
     (f64::from(x) / UNITS, f64::from(y) / UNITS)
 }
 
-#[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss)] // a cast saturates: left of the sheet is column 0
+#[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss)] // a cast saturates: left of the figure is column 0
 fn index(value: f64) -> usize {
     value as usize
 }

@@ -2,7 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
-use super::files::write_sheets;
+use super::files::write_figures;
 use super::plots::sweep;
 use super::{Format, ReportError, drawn};
 
@@ -21,11 +21,11 @@ pub enum SweepCell {
     /// Nothing: no point lies there.
     #[default]
     Empty,
-    /// The figure.
-    Figure(f64),
+    /// The metric.
+    Metric(f64),
     /// The loop locked up.
     LockedUp,
-    /// There is no figure: the point is no valid scenario, or its loop diverged.
+    /// There is no metric: the point is no valid scenario, or its loop diverged.
     Missing,
 }
 
@@ -35,12 +35,12 @@ impl SweepCell {
     pub fn worse(self, other: Self) -> Self {
         let rank = |cell: &Self| match cell {
             Self::Empty => 0,
-            Self::Figure(_) => 1,
+            Self::Metric(_) => 1,
             Self::LockedUp => 2,
             Self::Missing => 3,
         };
         match (self, other) {
-            (Self::Figure(a), Self::Figure(b)) => Self::Figure(a.max(b)),
+            (Self::Metric(a), Self::Metric(b)) => Self::Metric(a.max(b)),
             (a, b) if rank(&b) > rank(&a) => b,
             (a, _) => a,
         }
@@ -50,7 +50,7 @@ impl SweepCell {
 /// What is drawn.
 #[derive(Debug, Clone, PartialEq)]
 pub enum SweepPlot {
-    /// The figure over two variables, cell by cell.
+    /// The metric over two variables, cell by cell.
     Map {
         /// Across and up.
         axes: [SweepAxis; 2],
@@ -62,10 +62,10 @@ pub enum SweepPlot {
         shared: bool,
         /// The scenario's own values.
         own: Option<[f64; 2]>,
-        /// The best point and its figure.
+        /// The best point and its metric.
         best: Option<([f64; 2], f64)>,
     },
-    /// The figure at scattered values of two variables.
+    /// The metric at scattered values of two variables.
     Scatter {
         /// Across and up.
         axes: [SweepAxis; 2],
@@ -73,10 +73,10 @@ pub enum SweepPlot {
         points: Vec<([f64; 2], SweepCell)>,
         /// The scenario's own values.
         own: Option<[f64; 2]>,
-        /// The best point and its figure.
+        /// The best point and its metric.
         best: Option<([f64; 2], f64)>,
     },
-    /// The figure over one variable.
+    /// The metric over one variable.
     Curve {
         /// Across.
         axis: SweepAxis,
@@ -84,10 +84,10 @@ pub enum SweepPlot {
         points: Vec<(f64, SweepCell)>,
         /// The scenario's own value.
         own: Option<f64>,
-        /// The best point and its figure.
+        /// The best point and its metric.
         best: Option<(f64, f64)>,
     },
-    /// How often the figure takes which value.
+    /// How often the metric takes which value.
     Histogram {
         /// Sorted.
         values: Vec<f64>,
@@ -102,9 +102,9 @@ pub struct SweepPicture {
     /// Name of the scenario.
     pub name: String,
     /// How many points of what kind.
-    pub facts: String,
-    /// The figure, in words.
-    pub figure: &'static str,
+    pub caption: String,
+    /// The metric, in words.
+    pub metric: &'static str,
     /// Its unit; may be empty.
     pub unit: &'static str,
     /// What is varied.
@@ -119,7 +119,7 @@ impl SweepPicture {
     /// # Errors
     /// A failure of the drawing backend.
     pub fn draw(&self, format: Format) -> Result<Vec<u8>, ReportError> {
-        drawn(&sweep::sheet(self), "sweep", format)
+        drawn(&sweep::figure(self), "sweep", format)
     }
 
     /// Writes `NAME-sweep.svg` (or `.png`) into `folder`.
@@ -127,6 +127,6 @@ impl SweepPicture {
     /// # Errors
     /// A failure of the drawing backend, or a file that cannot be written.
     pub fn write(&self, folder: &Path, format: Format) -> Result<Vec<PathBuf>, ReportError> {
-        write_sheets([("sweep", sweep::sheet(self))], folder, &self.name, format)
+        write_figures([("sweep", sweep::figure(self))], folder, &self.name, format)
     }
 }

@@ -7,20 +7,20 @@ use toml::Spanned;
 use super::check::Problems;
 use super::diagnostics::Diagnostic;
 use super::drive_file::{
-    RawController, RawCrossCoupling, RawEffects, RawForce, RawFriction, RawIntegration, RawPitch, RawPlace,
-    RawRemedies, RawVelocity,
+    RawCompensation, RawController, RawCrossCoupling, RawEffects, RawForce, RawFriction, RawIntegration, RawPitch,
+    RawPlace, RawVelocity,
 };
 use super::file::RawAxis;
 use super::numbers::RawPoint;
+use crate::servo::compensation::{
+    AccelerationFeedforward, BacklashCompensation, Compensation, CrossCouplingGains, Filter, FrictionFeedforward,
+};
 use crate::servo::controller::{CascadeGains, PPiGains, PidGains};
 use crate::servo::effects::{
     Backlash, Coulomb, CurrentLoop, CuttingForce, Dac, Delay, Effects, Encoder, EncoderPlace, Friction, Harmonic,
-    Integration, LuGre, Mismatch, Noise, PitchError, Table, TorqueRipple, TwoMass, VelocityEstimate,
+    Integration, LookupTable, LuGre, Mismatch, Noise, PitchError, TorqueRipple, TwoMass, VelocityEstimate,
 };
-use crate::servo::remedies::{
-    AccelerationFeedforward, BacklashCompensation, CrossCouplingGains, Filter, FrictionFeedforward, Remedies,
-};
-use crate::servo::{AxisParameters, ControllerGains, ControllerKind, LoopSettings, RealDrive, ServoError};
+use crate::servo::{AxisParameters, ControllerGains, ControllerKind, DriveModel, LoopSettings, ServoError};
 
 /// A value of a table: what an error of the servo calls it, its key, and where it stands.
 struct Value {
@@ -116,18 +116,18 @@ pub(super) fn drive(
     axis: &AxisParameters,
     settings: &LoopSettings,
     problems: &mut Problems,
-) -> RealDrive {
+) -> DriveModel {
     let sound = axis.check().is_ok() && settings.check().is_ok();
     let controller = raw.controller.as_ref().map(|raw| controller(name, raw, axis, settings, problems));
     let effects = effects((name, index), &raw.effects, axis, settings, sound, problems);
-    let remedies = remedies(name, &raw.remedies, settings, problems);
-    let drive = RealDrive {
+    let compensation = compensation(name, &raw.compensation, settings, problems);
+    let drive = DriveModel {
         controller: controller.unwrap_or_default(),
         effects,
-        remedies,
-        zero_phase: raw.remedies.zero_phase.as_ref().is_some_and(|raw| *raw.get_ref()),
+        compensation,
+        zero_phase: raw.compensation.zero_phase.as_ref().is_some_and(|raw| *raw.get_ref()),
     };
-    if let Some(zero_phase) = &raw.remedies.zero_phase
+    if let Some(zero_phase) = &raw.compensation.zero_phase
         && drive.zero_phase
     {
         if drive.controller != ControllerGains::Pdff {
@@ -463,7 +463,7 @@ struct RawTable<'r> {
 }
 
 impl RawTable<'_> {
-    /// What is wrong with its points, row by row; what is wrong with the function is for [`Table::new`].
+    /// What is wrong with its points, row by row; what is wrong with the function is for [`LookupTable::new`].
     fn problem(&self) -> Option<Diagnostic> {
         let ([key, _], [x, y]) = (self.keys, self.units);
         let rows = self.points.get_ref();
@@ -494,7 +494,7 @@ fn table<'p>(
     span: Range<usize>,
     raw: &RawTable<'_>,
     problems: &'p mut Problems,
-) -> Option<(Table, Places<'p>)> {
+) -> Option<(LookupTable, Places<'p>)> {
     if let Some(mut problem) = raw.problem() {
         problem.message.insert_str(0, within);
         problems.push(problem);
@@ -508,7 +508,7 @@ fn table<'p>(
     }
     at.note("error_um", key, raw.points.span());
     at.note("force_n", key, raw.points.span());
-    match Table::new(values.map(|[x, y]| (x, y)), raw.period.map(|period| *period.get_ref())) {
+    match LookupTable::new(values.map(|[x, y]| (x, y)), raw.period.map(|period| *period.get_ref())) {
         Ok(table) => Some((table, at)),
         Err(error) => {
             at.tell(&error);
@@ -525,9 +525,9 @@ fn pitch(within: &str, raw: &Spanned<RawPitch>, problems: &mut Problems) -> Opti
     at.check(PitchError { error_um }, PitchError::check)
 }
 
-fn remedies(name: &str, raw: &RawRemedies, settings: &LoopSettings, problems: &mut Problems) -> Remedies {
+fn compensation(name: &str, raw: &RawCompensation, settings: &LoopSettings, problems: &mut Problems) -> Compensation {
     let within = format!("axis {name}: ");
-    let mut out = Remedies::default();
+    let mut out = Compensation::default();
     let period_s = settings.period_s;
     if let Some(raw) = &raw.notch {
         let mut at = places(&within, raw, problems);

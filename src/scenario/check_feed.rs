@@ -78,7 +78,7 @@ pub(super) fn overridden(
             problems.push(of_feedrate(&error, given.span()));
         }
         let transition_s = raw.transition_s.as_ref().map_or(0.0, |given| *given.get_ref());
-        steps.push(OverrideStep { at_s, share: percent / 100.0, transition_s });
+        steps.push(OverrideStep { at_s, ratio: percent / 100.0, transition_s });
     }
     if problems.len() > before {
         return None;

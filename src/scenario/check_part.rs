@@ -20,13 +20,13 @@ use crate::nc::{Dialect, MAX_DECIMALS};
 use crate::path::NurbsSurface;
 use crate::path::nurbs::MAX_DEGREE;
 use crate::servo::{AxisParameters, LoopSettings};
-use crate::toolpath::drop::{MeshSurface, NurbsDesign};
+use crate::toolpath::drop_cutter::{MeshSurface, NurbsDesign};
 use crate::toolpath::fit::Method;
 use crate::toolpath::mesh::{Mesh, MeshError};
 use crate::toolpath::plan::{Form, Options, Order, StepForm};
 use crate::toolpath::{Cutter, CutterError, DesignSurface};
 
-/// Height of air moves above the highest point where the file gives none \[mm\].
+/// Height of rapid moves above the highest point where the file gives none \[mm\].
 const CLEARANCE_MM: f64 = 5.0;
 
 /// Least scallop height and path tolerance: ten nanometres \[mm\].
@@ -286,7 +286,7 @@ pub(super) fn part(raw: &RawPart, default_name: &str, source: &str, folder: &Fol
     let raw_axes = [("x", &raw.axes.x), ("y", &raw.axes.y), ("z", &raw.axes.z)];
     let drives = std::array::from_fn(|i| {
         let (name, raw) = raw_axes[i];
-        if let Some(zero_phase) = &raw.remedies.zero_phase
+        if let Some(zero_phase) = &raw.compensation.zero_phase
             && *zero_phase.get_ref()
         {
             problems.push(

@@ -9,21 +9,21 @@ use toml::de::DeTable;
 use toml_edit::DocumentMut;
 
 use super::diagnostics::{Diagnostic, ScenarioError, brief, nearest};
+use super::document_kind::{self, DocumentKind};
 use super::file::RawScenario;
-use super::form::{self, Form};
 use super::overrides::{self, Override};
 use super::part::{Folder, Part};
 use super::part_file::RawPart;
-use super::{Scenario, check, check_part, explain, guard, keys};
+use super::{Scenario, check, check_part, keys, size_limits, toml_errors};
 
 /// Names of the built-in scenarios.
 pub fn builtin_names() -> impl Iterator<Item = &'static str> {
-    form::SCENARIO.built_in.iter().map(|(name, _)| *name)
+    document_kind::SCENARIO.built_in.iter().map(|(name, _)| *name)
 }
 
 /// Names of the built-in parts.
 pub fn builtin_part_names() -> impl Iterator<Item = &'static str> {
-    form::PART.built_in.iter().map(|(name, _)| *name)
+    document_kind::PART.built_in.iter().map(|(name, _)| *name)
 }
 
 /// The text of a scenario, with overrides, before it is checked.
@@ -50,7 +50,7 @@ impl Document {
     /// The built-in scenario of this name, with or without `.toml`.
     pub fn builtin(name: &str) -> Option<Self> {
         let wanted = name.strip_suffix(".toml").unwrap_or(name);
-        let mut all = Form::all().into_iter().flat_map(|form| form.built_in);
+        let mut all = DocumentKind::all().into_iter().flat_map(|form| form.built_in);
         let (name, text) = all.find(|(name, _)| *name == wanted)?;
         let mut document = Self::from_text(*text, format!("{name}.toml"));
         document.is_builtin = true;
@@ -72,7 +72,7 @@ impl Document {
     /// # Errors
     /// There is none (the error says where it was looked for), or it cannot be read.
     pub fn find(name: &str) -> Result<Self, ScenarioError> {
-        Self::find_as(&form::SCENARIO, name)
+        Self::find_as(&document_kind::SCENARIO, name)
     }
 
     /// As [`find`](Self::find), for a part: what is told where there is none speaks of parts.
@@ -80,10 +80,10 @@ impl Document {
     /// # Errors
     /// As [`find`](Self::find).
     pub fn find_part(name: &str) -> Result<Self, ScenarioError> {
-        Self::find_as(&form::PART, name)
+        Self::find_as(&document_kind::PART, name)
     }
 
-    fn find_as(form: &Form, name: &str) -> Result<Self, ScenarioError> {
+    fn find_as(form: &DocumentKind, name: &str) -> Result<Self, ScenarioError> {
         let mut places = Vec::new();
         for folder in [None, Some("scenarios")] {
             let plain = folder.map_or_else(|| PathBuf::from(name), |folder| Path::new(folder).join(name));
@@ -118,12 +118,12 @@ impl Document {
             return Err(io::ErrorKind::IsADirectory.into());
         }
         let mut bytes = Vec::new();
-        file.take(guard::MAX_TEXT_BYTES as u64 + 1).read_to_end(&mut bytes)?;
+        file.take(size_limits::MAX_TEXT_BYTES as u64 + 1).read_to_end(&mut bytes)?;
         let origin = path.to_string_lossy().into_owned();
-        let is_too_long = bytes.len() > guard::MAX_TEXT_BYTES;
+        let is_too_long = bytes.len() > size_limits::MAX_TEXT_BYTES;
         let text = match String::from_utf8(bytes) {
             Ok(text) if !is_too_long => text,
-            Ok(text) => return Ok(Err(ScenarioError::new(origin, &*text, vec![guard::too_long(&text)]))),
+            Ok(text) => return Ok(Err(ScenarioError::new(origin, &*text, vec![size_limits::too_long(&text)]))),
             Err(error) => {
                 let good = error.utf8_error().valid_up_to();
                 let help = if matches!(error.as_bytes(), [0xff, 0xfe, ..] | [0xfe, 0xff, ..]) {
@@ -133,7 +133,7 @@ impl Document {
                 };
                 let text = String::from_utf8_lossy(error.as_bytes());
                 let problem = if is_too_long {
-                    guard::too_long(&text)
+                    size_limits::too_long(&text)
                 } else {
                     Diagnostic::new(format!("the file is not UTF-8 text: byte {} does not belong in it", good + 1))
                         .at(good..good + '\u{fffd}'.len_utf8())
@@ -153,11 +153,11 @@ impl Document {
 
     /// Whether this is a part (it has a surface) rather than a scenario.
     pub fn is_part(&self) -> bool {
-        self.form().name == form::PART.name
+        self.form().name == document_kind::PART.name
     }
 
-    fn form(&self) -> &'static Form {
-        Form::of(&self.text)
+    fn form(&self) -> &'static DocumentKind {
+        DocumentKind::of(&self.text)
     }
 
     /// The text as it is now, overrides applied.
@@ -299,16 +299,17 @@ impl Document {
     }
 
     fn parse(&self) -> Result<toml::Spanned<DeTable<'_>>, Diagnostic> {
-        guard::check(&self.text)?;
-        DeTable::parse(&self.text).map_err(|error| explain::syntax(&error, &self.text))
+        size_limits::check(&self.text)?;
+        DeTable::parse(&self.text).map_err(|error| toml_errors::syntax(&error, &self.text))
     }
 
     fn raw<T: DeserializeOwned>(&self) -> Result<T, Diagnostic> {
         let (form, table) = (self.form(), self.parse()?);
-        if let Some(problem) = explain::array_for_table(form, table.get_ref()) {
+        if let Some(problem) = toml_errors::array_for_table(form, table.get_ref()) {
             return Err(problem);
         }
-        T::deserialize(toml::Deserializer::from(table)).map_err(|error| explain::structure(form, &error, &self.text))
+        T::deserialize(toml::Deserializer::from(table))
+            .map_err(|error| toml_errors::structure(form, &error, &self.text))
     }
 
     fn error(&self, mut problems: Vec<Diagnostic>) -> ScenarioError {
@@ -343,16 +344,16 @@ fn unreadable(path: &Path, error: &io::Error) -> ScenarioError {
         Diagnostic::new("the scenario may not be read: permission denied")
             .help(format!("allow it with `chmod u+r {}`, or copy the file", brief(&shown)))
     } else if is_absent(error) {
-        return not_found(&form::SCENARIO, &shown, &[path.to_owned()]);
+        return not_found(&document_kind::SCENARIO, &shown, &[path.to_owned()]);
     } else {
         Diagnostic::new(format!("the scenario cannot be read: {error}"))
     };
     ScenarioError::new(shown, "", vec![problem])
 }
 
-fn not_found(form: &Form, name: &str, places: &[PathBuf]) -> ScenarioError {
+fn not_found(form: &DocumentKind, name: &str, places: &[PathBuf]) -> ScenarioError {
     let looked = places.iter().map(|place| format!("`{}`", brief(&place.display().to_string()))).collect::<Vec<_>>();
-    let is_part = form.name == form::PART.name;
+    let is_part = form.name == document_kind::PART.name;
     let built_in = || builtin_names().filter(|_| !is_part).chain(builtin_part_names());
     let mut problem = Diagnostic::new(format!("there is no {} `{}`", form.name, brief(name)));
     let candidates = scenario_files();

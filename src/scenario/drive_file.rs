@@ -69,10 +69,10 @@ pub(super) struct RawCascade {
     /// Velocity feedforward, in rad/mm. Default: 1/transmission, all of it.
     #[schemars(with = "Option<f64>", range(min = 0))]
     pub(super) velocity_rad_mm: Option<Spanned<f64>>,
-    /// Torque per demanded velocity, in N m s/mm. Default: what the plant's viscous friction takes.
+    /// Torque per reference velocity, in N m s/mm. Default: what the plant's viscous friction takes.
     #[schemars(with = "Option<f64>", range(min = 0))]
     pub(super) viscous_nm_s_mm: Option<Spanned<f64>>,
-    /// Torque per demanded acceleration, in N m s²/mm. Default: what the plant's inertia takes.
+    /// Torque per reference acceleration, in N m s²/mm. Default: what the plant's inertia takes.
     #[schemars(with = "Option<f64>", range(min = 0))]
     pub(super) acceleration_nm_s2_mm: Option<Spanned<f64>>,
 }
@@ -93,13 +93,13 @@ pub(super) struct RawEffects {
     /// Computation delay.
     #[schemars(with = "Option<RawDelay>")]
     pub(super) delay: Option<Spanned<RawDelay>>,
-    /// Resolution of the digital-to-analogue converter.
+    /// Resolution of the digital-to-analogue DAC.
     #[schemars(with = "Option<RawDac>")]
     pub(super) dac: Option<Spanned<RawDac>>,
     /// Bandwidth of the amplifier's current loop, of first order.
     #[schemars(with = "Option<RawCurrentLoop>")]
     pub(super) current_loop: Option<Spanned<RawCurrentLoop>>,
-    /// A ballscrew that gives: motor and table are two masses with a spring between them.
+    /// A compliant ballscrew: motor and table are two masses with a spring between them.
     #[schemars(with = "Option<RawTwoMass>")]
     pub(super) two_mass: Option<Spanned<RawTwoMass>>,
     /// Friction at the table, as a torque at the motor (without `two_mass` the two are one): exactly one of `coulomb` and `lu_gre`.
@@ -198,7 +198,7 @@ pub(super) struct RawDelay {
     pub(super) samples: Spanned<f64>,
 }
 
-/// Digital-to-analogue converter.
+/// Digital-to-analogue DAC.
 #[derive(Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub(super) struct RawDac {
@@ -380,17 +380,17 @@ pub(super) struct RawIntegration {
 /// What is done about the effects, on one axis. Every table is off where it is not written.
 #[derive(Debug, Default, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
-pub(super) struct RawRemedies {
+pub(super) struct RawCompensation {
     /// Notch filter of the torque.
     #[schemars(with = "Option<RawNotch>")]
     pub(super) notch: Option<Spanned<RawNotch>>,
     /// Low pass of the torque, second order.
     #[schemars(with = "Option<RawLowPass>")]
     pub(super) low_pass: Option<Spanned<RawLowPass>>,
-    /// Torque for the demanded acceleration.
+    /// Torque for the reference acceleration.
     #[schemars(with = "Option<RawAccelerationFeedforward>")]
     pub(super) acceleration: Option<Spanned<RawAccelerationFeedforward>>,
-    /// Torque for the friction in the demanded direction.
+    /// Torque for the friction in the reference direction.
     #[schemars(with = "Option<RawFrictionFeedforward>")]
     pub(super) friction: Option<Spanned<RawFrictionFeedforward>>,
     /// Shift of the command against backlash.

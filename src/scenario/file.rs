@@ -8,7 +8,7 @@ use serde::de::{self, Deserializer, Visitor};
 use serde_json::Value;
 use toml::Spanned;
 
-use super::drive_file::{RawController, RawCrossCoupling, RawEffects, RawRemedies};
+use super::drive_file::{RawCompensation, RawController, RawCrossCoupling, RawEffects};
 use super::numbers::RawPoint;
 
 /// A closed-loop servo simulation: a tool path, how the feed is reached, two axes, and limits to hold the run to.
@@ -323,7 +323,7 @@ pub(super) struct RawAxis {
     pub(super) effects: RawEffects,
     /// What is done about it.
     #[serde(default)]
-    pub(super) remedies: RawRemedies,
+    pub(super) compensation: RawCompensation,
 }
 
 /// Motor and mechanics.

@@ -3,10 +3,10 @@
 use toml_edit::{DocumentMut, Item};
 
 use super::diagnostics::{Diagnostic, brief, nearest};
-use super::form::Form;
+use super::document_kind::DocumentKind;
 
 /// The path of a value without the name of the chosen table, and how many parts stand before that name.
-fn without_choice<'a>(form: &Form, leaf: &'a [String]) -> Option<(Vec<&'a str>, usize)> {
+fn without_choice<'a>(form: &DocumentKind, leaf: &'a [String]) -> Option<(Vec<&'a str>, usize)> {
     let way =
         form.choices.iter().find(|way| leaf.len() > way.len() + 1 && leaf.iter().zip(**way).all(|(a, b)| a == b))?;
     let short = leaf.iter().enumerate().filter(|(i, _)| *i != way.len()).map(|(_, key)| key.as_str()).collect();
@@ -20,7 +20,7 @@ fn has_table(document: &DocumentMut, path: &[String]) -> bool {
 /// The full path of a value whose path may leave out the table that the document has chosen:
 /// `axes.x.plant.gain_rad_s_v` is `axes.x.plant.first_order.gain_rad_s_v`. A gain has a short name, `x.kpp`, that of the tables
 /// of `servosim tune`. None where there is no such value.
-pub(super) fn full(form: &Form, path: &[String], document: &DocumentMut) -> Option<Vec<String>> {
+pub(super) fn full(form: &DocumentKind, path: &[String], document: &DocumentMut) -> Option<Vec<String>> {
     if form.leaves().iter().any(|leaf| leaf == path) {
         return Some(path.to_vec());
     }
@@ -38,7 +38,7 @@ pub(super) fn full(form: &Form, path: &[String], document: &DocumentMut) -> Opti
 }
 
 /// What is wrong with a path that [`full`] does not know.
-pub(super) fn unknown(form: &Form, path: &[String], document: &DocumentMut) -> Diagnostic {
+pub(super) fn unknown(form: &DocumentKind, path: &[String], document: &DocumentMut) -> Diagnostic {
     let name = path.join(".");
     let problem = Diagnostic::new(format!("a {} has no value `{}`", form.name, brief(&name)));
     let elsewhere =
@@ -71,7 +71,7 @@ pub(super) fn unknown(form: &Form, path: &[String], document: &DocumentMut) -> D
 
 #[cfg(test)]
 mod tests {
-    use super::super::form::SCENARIO;
+    use super::super::document_kind::SCENARIO;
     use super::*;
 
     fn path(key: &str) -> Vec<String> {

@@ -48,18 +48,18 @@ mod check_path;
 mod check_surface;
 mod diagnostics;
 mod document;
+mod document_kind;
 mod drive_file;
-mod explain;
 mod feed_profile;
 mod file;
-mod form;
-mod guard;
 mod keys;
 mod numbers;
 mod overrides;
 mod part;
 mod part_file;
 mod part_program;
+mod size_limits;
+mod toml_errors;
 
 use std::fmt;
 use std::sync::Arc;
@@ -70,17 +70,17 @@ use nalgebra::Vector2;
 pub use diagnostics::{Diagnostic, ScenarioError};
 pub use document::{Document, builtin_names, builtin_part_names};
 pub use feed_profile::FeedProfile;
-pub use guard::{MAX_ARRAY_ITEMS, MAX_TEXT_BYTES};
 pub use part::{Part, PartLimits};
 pub use part_program::{PlannedProgram, ToolPathSummary};
+pub use size_limits::{MAX_ARRAY_ITEMS, MAX_TEXT_BYTES};
 
 use crate::feedrate::{Motion, Profile};
 use crate::limits::Limits;
 use crate::optimize::Outcome;
 use crate::path::Path;
-use crate::servo::remedies::CrossCouplingGains;
-use crate::servo::{AxisParameters, LoopSettings, RealDrive};
-use crate::simulation::{Course, Observer, Simulation, SimulationError};
+use crate::servo::compensation::CrossCouplingGains;
+use crate::servo::{AxisParameters, DriveModel, LoopSettings};
+use crate::simulation::{Observer, ReferenceTrajectory, Simulation, SimulationError};
 use crate::summary::{Summary, SummaryObserver};
 
 /// Everything that a run needs, checked. The fields may be changed before a run; [`Scenario::simulation`] checks the
@@ -102,7 +102,7 @@ pub struct Scenario {
     /// The axes, X and Y.
     pub axes: [AxisParameters; 2],
     /// Their controllers, what their drives do, and what is done about it; by default nothing beside the model.
-    pub drives: [RealDrive; 2],
+    pub drives: [DriveModel; 2],
     /// Cross-coupled contour control, where there is one.
     pub cross_coupling: Option<CrossCouplingGains>,
     /// Corrections of the position commands that were learned, sample by sample \[mm\], where there are some: what
@@ -194,7 +194,7 @@ impl Scenario {
 
     /// Whether the axes are what their models say: plants of first order under PDFF controllers.
     pub fn is_model(&self) -> bool {
-        self.cross_coupling.is_none() && self.drives.iter().all(RealDrive::is_model)
+        self.cross_coupling.is_none() && self.drives.iter().all(DriveModel::is_model)
     }
 
     /// The same axes as their models have them, nothing done about what they are beside that.
@@ -207,9 +207,9 @@ impl Scenario {
     /// are learned corrections.
     ///
     /// # Errors
-    /// See [`Course::new`].
-    pub fn course(&self) -> Result<Course<'_, 2>, SimulationError> {
-        Course::new(&*self.path, &self.motion, self.settings)
+    /// See [`ReferenceTrajectory::new`].
+    pub fn reference_trajectory(&self) -> Result<ReferenceTrajectory<'_, 2>, SimulationError> {
+        ReferenceTrajectory::new(&*self.path, &self.motion, self.settings)
     }
 
     /// An observer that gathers the summary of a run of this scenario.
@@ -248,10 +248,10 @@ impl Scenario {
 
 /// The JSON schema of a scenario file, for editors.
 pub fn json_schema() -> serde_json::Value {
-    form::SCENARIO.schema().clone()
+    document_kind::SCENARIO.schema().clone()
 }
 
 /// The JSON schema of a part file.
 pub fn part_json_schema() -> serde_json::Value {
-    form::PART.schema().clone()
+    document_kind::PART.schema().clone()
 }

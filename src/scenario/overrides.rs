@@ -4,7 +4,7 @@ use toml::de::{DeTable, DeValue};
 use toml_edit::{DocumentMut, Item, Key, TableLike, Value};
 
 use super::diagnostics::{Diagnostic, brief};
-use super::form::Form;
+use super::document_kind::DocumentKind;
 use super::keys;
 
 /// One override.
@@ -33,7 +33,7 @@ impl Override {
         if value.is_empty() {
             return Err(Diagnostic::new(format!("`--set {shown}` has no value")).help(form));
         }
-        super::guard::check(&format!("value = {value}"))
+        super::size_limits::check(&format!("value = {value}"))
             .map_err(|problem| Diagnostic::new(format!("`--set {shown}`: {}", problem.message)))?;
         let value = match value.parse::<Value>() {
             Ok(value) => value,
@@ -43,7 +43,7 @@ impl Override {
                     "`--set {shown}`: the value is not TOML: {}",
                     brief(error.message())
                 ))
-                .help(super::explain::help_for_value(value, error.message())));
+                .help(super::toml_errors::help_for_value(value, error.message())));
             }
         };
         Ok(Self { given: given.to_owned(), path: path.iter().map(|key| key.get().to_owned()).collect(), value })
@@ -56,14 +56,14 @@ impl Override {
 
     /// Puts the table that the document has chosen into a path that leaves it out. (A path of no value stays as it is:
     /// what is wrong with it is told when the scenario is read.)
-    pub(super) fn complete(&mut self, form: &Form, document: &DocumentMut) {
+    pub(super) fn complete(&mut self, form: &DocumentKind, document: &DocumentMut) {
         if let Some(path) = keys::full(form, &self.path, document) {
             self.path = path;
         }
     }
 
     /// Writes the value into the document; tables on the way are created.
-    pub(super) fn apply(&self, form: &Form, document: &mut DocumentMut) -> Result<(), Diagnostic> {
+    pub(super) fn apply(&self, form: &DocumentKind, document: &mut DocumentMut) -> Result<(), Diagnostic> {
         let Some((last, way)) = self.path.split_last() else { return Ok(()) };
         let mut table: &mut dyn TableLike = document.as_table_mut();
         for (depth, key) in way.iter().enumerate() {
@@ -118,7 +118,7 @@ pub(super) fn blame(overrides: &[Override], text: &str, problems: &mut [Diagnost
     let Ok(root) = DeTable::parse(text) else { return };
     for problem in problems {
         let Some(span) = problem.span.clone() else { continue };
-        let table = super::explain::place_of(text, &span);
+        let table = super::toml_errors::place_of(text, &span);
         let culprit = overrides.iter().rev().find(|o| o.wrote(root.get_ref(), span.start)).map_or_else(
             || {
                 overrides
@@ -136,7 +136,7 @@ pub(super) fn blame(overrides: &[Override], text: &str, problems: &mut [Diagnost
 }
 
 /// Where `path` goes through a choice at `depth`, the tables of the other choices go.
-fn drop_other_choices(form: &Form, table: &mut dyn TableLike, path: &[String], depth: usize) {
+fn drop_other_choices(form: &DocumentKind, table: &mut dyn TableLike, path: &[String], depth: usize) {
     let (way, chosen) = (path.get(..depth).unwrap_or_default(), path.get(depth));
     if let Some(chosen) = chosen
         && form.choices.iter().any(|choice| choice.iter().eq(way.iter()))

@@ -10,8 +10,8 @@ use super::{Document, ScenarioError};
 use crate::limits::Limits;
 use crate::machining::{Blocks, Feeds, Machine};
 use crate::nc::Dialect;
-use crate::servo::RealDrive;
-use crate::servo::remedies::CrossCouplingGains;
+use crate::servo::DriveModel;
+use crate::servo::compensation::CrossCouplingGains;
 use crate::toolpath::guide::Region;
 use crate::toolpath::plan::{self, PlanError, ToolPath};
 use crate::toolpath::{Cutter, DesignSurface};
@@ -40,7 +40,7 @@ pub struct Part {
     /// The machine.
     pub machine: Machine,
     /// The controllers of its axes, what their drives do, and what is done about it.
-    pub drives: [RealDrive; 3],
+    pub drives: [DriveModel; 3],
     /// Cross-coupled contour control, where there is one.
     pub cross_coupling: Option<CrossCouplingGains>,
     /// Side of a cell of the machining check \[mm\].

@@ -248,7 +248,7 @@ pub(super) struct RawToolpath {
     pub(super) linking: Option<RawLinking>,
     /// In which order. Default: `"outside_in"`.
     pub(super) order: Option<RawOrder>,
-    /// Height of air moves above the highest point, in mm. Default: 5.
+    /// Height of rapid moves above the highest point, in mm. Default: 5.
     #[schemars(with = "Option<f64>", extend("exclusiveMinimum" = 0))]
     pub(super) clearance_mm: Option<Spanned<f64>>,
     /// What happens where the cutter cannot reach: a hollow narrower than the cutter, a wall that leans over. Default: "refuse".

@@ -1,10 +1,10 @@
-//! The program of a part, and the figures of its tool path.
+//! The program of a part, and the metrics of its tool path.
 
 use serde::Serialize;
 
 use super::Part;
 use crate::limits::LimitCheck;
-use crate::machining::{Blocks, PartFigures, ProgramFacts, program};
+use crate::machining::{Blocks, PartMetrics, ProgramStatistics, program};
 use crate::nc::{Action, Block, Decimals, Dialect, Program, WriteError, Writing, Written};
 use crate::toolpath::plan::ToolPath;
 
@@ -36,7 +36,7 @@ impl PlannedProgram {
                     .to_owned(),
             );
         }
-        let writing = Writing { tolerance_mm: path.facts.rounding_mm, ..Writing::new(part.dialect) };
+        let writing = Writing { tolerance_mm: path.statistics.rounding_mm, ..Writing::new(part.dialect) };
         let (text, written) = write(part, &program(path, &part.feeds, blocks), writing, part.decimals)?;
         let straight = match blocks {
             Blocks::Straight => written,
@@ -81,7 +81,7 @@ fn write(
     Ok((String::from_utf8_lossy(&bytes).into_owned(), written))
 }
 
-/// Figures of a tool path and its program. Keys carry their units.
+/// Metrics of a tool path and its program. Keys carry their units.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct ToolPathSummary {
     /// Name of the part.
@@ -125,21 +125,21 @@ pub struct ToolPathSummary {
     /// Largest change of direction between neighbouring turns of a helix.
     pub tangent_jump_rad: f64,
     /// The part as the program has it.
-    pub nominal: PartFigures,
+    pub nominal: PartMetrics,
     /// Limits of the part, held against it.
     pub limits: Vec<LimitCheck>,
 }
 
 impl ToolPathSummary {
-    /// The figures in one; the limits of the part are held against them.
+    /// The metrics in one; the limits of the part are held against them.
     pub fn new(
         part: &Part,
         path: &ToolPath,
         program: &PlannedProgram,
-        facts: &ProgramFacts,
-        nominal: PartFigures,
+        statistics: &ProgramStatistics,
+        nominal: PartMetrics,
     ) -> Self {
-        let (planned, written) = (&path.facts, &program.written);
+        let (planned, written) = (&path.statistics, &program.written);
         let limits = nominal.check(
             ["nominal_scallop_um", "nominal_gouge_um"],
             part.part_limits.nominal_scallop_um,
@@ -160,12 +160,12 @@ impl ToolPathSummary {
             straight_blocks: written.straight,
             rapid_blocks: written.rapid,
             straight_lines: program.straight.lines,
-            feed_length_mm: facts.feed_length_mm,
+            feed_length_mm: statistics.feed_length_mm,
             air_moves: planned.air_moves,
-            rapid_length_mm: facts.rapid_length_mm,
-            estimated_time_s: facts.feed_length_mm / (part.feeds.cut_mm_min / 60.0)
-                + facts.rapid_length_mm / part.machine.rapid_mm_s,
-            motion_time_s: facts.time_s,
+            rapid_length_mm: statistics.rapid_length_mm,
+            estimated_time_s: statistics.feed_length_mm / (part.feeds.cut_mm_min / 60.0)
+                + statistics.rapid_length_mm / part.machine.rapid_mm_s,
+            motion_time_s: statistics.time_s,
             tangent_jump_rad: planned.tangent_jump_rad,
             nominal,
             limits,

@@ -122,32 +122,32 @@ impl<L: Lane> AxisLoop<L> {
             Derivative::Exact => velocity_mm_s,
         };
         self.last_command = command_mm;
-        let law = self.law(command_mm - self.start, velocity);
+        let control = self.control_step(command_mm - self.start, velocity);
         AxisSignals {
             command_mm,
             actual_mm: self.start + self.x,
-            velocity_command_rad_s: law.velocity_command,
+            velocity_command_rad_s: control.velocity_command,
             velocity_rad_s: self.omega,
-            torque_nm: self.torque * law.wanted,
-            voltage_v: law.voltage,
-            saturated: law.saturated,
+            torque_nm: self.torque * control.unclamped,
+            voltage_v: control.voltage,
+            saturated: control.saturated,
         }
     }
 
     /// The control law: `command` counted from the start, `velocity` as the feedforward takes it.
     #[inline(always)]
-    pub(crate) fn law(&mut self, command: L, velocity: L) -> Law<L> {
-        let lag = command - self.x;
-        let velocity_command = self.kpp.mul_add(lag, self.kpf * velocity);
-        let wanted = self.u_omega_com.mul_add(velocity_command, (-self.u_omega).mul_add(self.omega, self.integral));
-        let voltage = wanted.clamp_abs(self.u_max);
+    pub(crate) fn control_step(&mut self, command: L, velocity: L) -> ControlStep<L> {
+        let following_error = command - self.x;
+        let velocity_command = self.kpp.mul_add(following_error, self.kpf * velocity);
+        let unclamped = self.u_omega_com.mul_add(velocity_command, (-self.u_omega).mul_add(self.omega, self.integral));
+        let voltage = unclamped.clamp_abs(self.u_max);
         // Conditional integration: the integral waits while it would drive a clamped voltage further out. What the clamp takes
         // away is zero, or has the sign of the voltage.
         let error = velocity_command - self.omega;
-        let outwards = ((wanted - voltage) * error).gt(error.all(0.0));
+        let outwards = ((unclamped - voltage) * error).gt(error.all(0.0));
         self.integral = self.integral.or_else(outwards, self.u_integral.mul_add(error, self.integral));
-        let saturated = wanted.ne(voltage);
-        Law { lag, velocity_command, wanted, voltage, saturated }
+        let saturated = unclamped.ne(voltage);
+        ControlStep { following_error, velocity_command, unclamped, voltage, saturated }
     }
 
     /// The second half of [`step`](Self::step): the plant over one period under `voltage_v` (one period later where the loop
@@ -213,12 +213,12 @@ impl Coefficients {
 
 /// What the control law computes at one sample.
 #[derive(Debug, Clone, Copy)]
-pub(crate) struct Law<L: Lane> {
+pub(crate) struct ControlStep<L: Lane> {
     /// Command minus actual position \[mm\].
-    pub(crate) lag: L,
+    pub(crate) following_error: L,
     pub(crate) velocity_command: L,
     /// Voltage before the clamp \[V\].
-    pub(crate) wanted: L,
+    pub(crate) unclamped: L,
     pub(crate) voltage: L,
     pub(crate) saturated: L::Mask,
 }

@@ -5,7 +5,7 @@ use std::sync::OnceLock;
 use rayon::{ThreadPool, ThreadPoolBuilder};
 
 use super::axis::AxisSignals;
-use super::demand::{Axis, Demand};
+use super::reference::{Axis, AxisReference};
 use crate::lane::{Kernel, narrow};
 
 /// Shorter blocks are not worth another core's waking up.
@@ -19,12 +19,12 @@ fn cores() -> Option<&'static ThreadPool> {
     POOL.get_or_init(pool).as_ref()
 }
 
-/// One axis through its demands.
+/// One axis through its references.
 struct Steps<'b, X, T, F> {
     axis: &'b mut X,
-    demands: &'b [Demand],
-    told: &'b mut Vec<T>,
-    tell: &'b F,
+    references: &'b [AxisReference],
+    outputs: &'b mut Vec<T>,
+    output: &'b F,
 }
 
 impl<X: Axis, T, F: Fn(&X, AxisSignals) -> T> Kernel for Steps<'_, X, T, F> {
@@ -33,19 +33,19 @@ impl<X: Axis, T, F: Fn(&X, AxisSignals) -> T> Kernel for Steps<'_, X, T, F> {
     #[inline(always)]
     fn run(self) {
         // Here, not beside the other axes': cores that write into one cache line wait for each other.
-        let mut told = std::mem::take(self.told);
-        for demand in self.demands {
-            let signals = self.axis.step(demand);
-            told.push((self.tell)(self.axis, signals));
+        let mut outputs = std::mem::take(self.outputs);
+        for reference in self.references {
+            let signals = self.axis.step(reference);
+            outputs.push((self.output)(self.axis, signals));
         }
-        *self.told = told;
+        *self.outputs = outputs;
     }
 }
 
 /// One sample of one axis.
 struct Step<'b, X> {
     axis: &'b mut X,
-    demand: &'b Demand,
+    reference: &'b AxisReference,
 }
 
 impl<X: Axis> Kernel for Step<'_, X> {
@@ -53,34 +53,35 @@ impl<X: Axis> Kernel for Step<'_, X> {
 
     #[inline(always)]
     fn run(self) -> AxisSignals {
-        self.axis.step(self.demand)
+        self.axis.step(self.reference)
     }
 }
 
 /// [`Axis::step`], with the instructions that this machine has for it.
-pub(crate) fn step_alone(axis: &mut impl Axis, demand: &Demand) -> AxisSignals {
-    narrow(Step { axis, demand })
+pub(crate) fn step_alone(axis: &mut impl Axis, reference: &AxisReference) -> AxisSignals {
+    narrow(Step { axis, reference })
 }
 
-/// Takes every axis through its demands, one a control period, and keeps what `tell` makes of each sample at the end of `told`.
+/// Takes every axis through its references, one a control period, and keeps what `output` makes of each sample at the end of `outputs`.
 ///
 /// The axes are independent of each other, and go side by side where there are cores; the outcome does not depend on it. (On a thread of
-/// rayon's they go one after another: what called from there has other work for the cores.) Where `told` has room nothing is allocated
+/// rayon's they go one after another: what called from there has other work for the cores.) Where `outputs` has room nothing is allocated
 /// but what hands an axis to another core.
 pub fn step_side_by_side<X, T, F, const A: usize>(
     axes: &mut [X; A],
-    demands: &[Vec<Demand>; A],
-    told: &mut [Vec<T>; A],
-    tell: F,
+    references: &[Vec<AxisReference>; A],
+    outputs: &mut [Vec<T>; A],
+    output: F,
 ) where
     X: Axis + Send,
     T: Send,
     F: Fn(&X, AxisSignals) -> T + Sync,
 {
-    let tell = &tell;
-    let work = axes.iter_mut().zip(demands).zip(told);
-    let mut work = work.map(|((axis, demands), told)| Steps { axis, demands, told, tell });
-    let worth = demands.iter().any(|demands| demands.len() >= WORTH) && rayon::current_thread_index().is_none();
+    let output = &output;
+    let work = axes.iter_mut().zip(references).zip(outputs);
+    let mut work = work.map(|((axis, references), outputs)| Steps { axis, references, outputs, output });
+    let worth =
+        references.iter().any(|references| references.len() >= WORTH) && rayon::current_thread_index().is_none();
     let Some(cores) = worth.then(cores).flatten() else { return work.for_each(narrow) };
     cores.in_place_scope(|scope| {
         let own = work.next();

@@ -1,7 +1,7 @@
 //! Lock-up: an axis that saturates and does not recover.
 //!
 //! The position loop around a velocity PI is conditionally stable: too little gain destabilises it, and a clamped voltage is
-//! too little gain. A demand that the drive cannot follow can therefore leave it swinging between both voltage limits
+//! too little gain. A reference that the drive cannot follow can therefore leave it swinging between both voltage limits
 //! for good, or pinned at one of them while the error stays.
 
 use std::fmt;

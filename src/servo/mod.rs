@@ -17,28 +17,28 @@
 //! [`AxisLoop`] is generic over [`Lane`](crate::lane::Lane): `f64` for one run, vector registers for a batch of parameters. It is one piece of
 //! code, so that a batch cannot disagree with a run.
 //!
-//! That is the model. [`RealAxis`] is the drive as it is: the same loop with [`effects`] between controller and table, other
-//! [`controller`]s and [`remedies`]. Both are an [`Axis`].
+//! That is the model. [`DetailedAxis`] is the detailed drive model: the same loop with [`effects`] between controller and table, other
+//! [`controller`]s and [`compensation`]. Both are an [`Axis`].
 
 mod axis;
 mod block;
+pub mod compensation;
 pub mod controller;
-mod demand;
+mod detailed_axis;
+mod drive_model;
 pub mod effects;
 mod lockup;
 mod mechanics;
 mod parameters;
-mod real_axis;
-mod real_drive;
-pub mod remedies;
+mod reference;
 
 pub(crate) use axis::coasting_s;
 pub use axis::{AxisLoop, AxisSignals};
 pub(crate) use block::step_alone;
 pub use block::step_side_by_side;
-pub use demand::{Axis, Demand};
+pub use detailed_axis::{DetailedAxis, DriveSignals};
+pub use drive_model::{ControllerGains, ControllerKind, DriveModel};
 pub use lockup::{Lockup, LockupKind, LockupWatch};
 pub(crate) use mechanics::LinearMachine;
 pub use parameters::{AxisParameters, Derivative, Drive, LoopSettings, Pdff, Plant, ServoError};
-pub use real_axis::{DriveSignals, RealAxis};
-pub use real_drive::{ControllerGains, ControllerKind, RealDrive};
+pub use reference::{Axis, AxisReference};

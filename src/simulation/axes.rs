@@ -4,9 +4,10 @@ use nalgebra::SVector;
 
 use crate::interpolator::Setpoint;
 use crate::lane::{Kernel, narrow, vectorized};
-use crate::servo::remedies::{CrossCoupling, CrossCouplingGains};
+use crate::servo::compensation::{CrossCoupling, CrossCouplingGains};
 use crate::servo::{
-    Axis, AxisLoop, AxisParameters, AxisSignals, Demand, DriveSignals, LoopSettings, RealAxis, RealDrive, ServoError,
+    Axis, AxisLoop, AxisParameters, AxisReference, AxisSignals, DetailedAxis, DriveModel, DriveSignals, LoopSettings,
+    ServoError,
 };
 
 /// All axes of a machine.
@@ -15,21 +16,21 @@ pub(crate) enum Axes<const A: usize> {
     /// Plants of first order under PDFF controllers.
     Model([AxisLoop; A]),
     /// With what their drives do.
-    Real(Box<RealAxes<A>>),
+    Real(Box<DetailedAxes<A>>),
 }
 
 /// Axes as they are.
 #[derive(Debug, Clone)]
-pub(crate) struct RealAxes<const A: usize> {
-    pub(super) axes: [RealAxis; A],
+pub(crate) struct DetailedAxes<const A: usize> {
+    pub(super) axes: [DetailedAxis; A],
     coupling: Option<CrossCoupling<A>>,
     /// By how much the cross-coupled controller shifts the commands at this sample.
     shifts_mm: [f64; A],
-    /// By how many samples each axis wants to know its demands in advance.
+    /// By how many samples each axis wants to know its references in advance.
     pub(super) ahead: [usize; A],
 }
 
-impl<const A: usize> RealAxes<A> {
+impl<const A: usize> DetailedAxes<A> {
     /// Whether what one axis does at a sample has a part in what another one does at the next.
     pub(super) fn are_coupled(&self) -> bool {
         self.coupling.is_some()
@@ -37,14 +38,14 @@ impl<const A: usize> RealAxes<A> {
 
     /// What is asked of an axis where the path wants it on a setpoint.
     #[inline(always)]
-    pub(super) fn demand(&self, axis: usize, setpoint: &Setpoint<A>) -> Demand {
-        Demand {
+    pub(super) fn reference(&self, axis: usize, setpoint: &Setpoint<A>) -> AxisReference {
+        AxisReference {
             position_mm: setpoint.position_mm[axis],
             velocity_mm_s: setpoint.velocity_mm_s[axis],
             acceleration_mm_s2: setpoint.acceleration_mm_s2[axis],
             jerk_mm_s3: setpoint.jerk_vector_mm_s3[axis],
             torque_nm: 0.0,
-            shift_mm: self.shifts_mm[axis],
+            command_offset_mm: self.shifts_mm[axis],
         }
     }
 }
@@ -56,7 +57,7 @@ impl<const A: usize> Axes<A> {
     /// A parameter out of its range.
     pub(crate) fn new(
         parameters: &[AxisParameters; A],
-        drives: Option<&[RealDrive; A]>,
+        drives: Option<&[DriveModel; A]>,
         coupling: Option<&CrossCouplingGains>,
         settings: &LoopSettings,
         start_mm: &SVector<f64, A>,
@@ -78,8 +79,8 @@ impl<const A: usize> Axes<A> {
             axes.push(real);
         }
         let coupling = coupling.map(|gains| CrossCoupling::new(gains, settings.period_s)).transpose()?;
-        match <[RealAxis; A]>::try_from(axes) {
-            Ok(axes) => Ok(Self::Real(Box::new(RealAxes { axes, coupling, shifts_mm: [0.0; A], ahead }))),
+        match <[DetailedAxis; A]>::try_from(axes) {
+            Ok(axes) => Ok(Self::Real(Box::new(DetailedAxes { axes, coupling, shifts_mm: [0.0; A], ahead }))),
             // There are as many as were pushed.
             Err(_) => Err(ServoError { name: "axes", value: A as f64, needed: "one drive an axis" }),
         }
@@ -104,7 +105,7 @@ impl<const A: usize> Axes<A> {
         }
     }
 
-    /// What the drives tell of the last sample, where they are more than their model.
+    /// The drive signals of the last sample, where they are more than their model.
     #[inline]
     pub(crate) fn drive_signals(&self) -> Option<[DriveSignals; A]> {
         match self {
@@ -137,7 +138,7 @@ impl<const A: usize> Kernel for StepModel<'_, A> {
 
 /// One control period of every axis as it is.
 struct StepReal<'s, const A: usize> {
-    axes: &'s mut RealAxes<A>,
+    axes: &'s mut DetailedAxes<A>,
     setpoint: &'s Setpoint<A>,
 }
 
@@ -149,8 +150,8 @@ impl<const A: usize> Kernel for StepReal<'_, A> {
         let Self { axes, setpoint } = self;
         let mut signals = [AxisSignals::default(); A];
         for (axis, signals) in signals.iter_mut().enumerate() {
-            let demand = axes.demand(axis, setpoint);
-            *signals = axes.axes[axis].step(&demand);
+            let reference = axes.reference(axis, setpoint);
+            *signals = axes.axes[axis].step(&reference);
         }
         signals
     }

@@ -5,7 +5,7 @@ use std::f64::consts::PI;
 use nalgebra::SVector;
 use pulp::{Arch, NullaryFnOnce, Simd, WithSimd};
 
-use super::course::{Course, RunFigures, Sample};
+use super::reference_trajectory::{ReferenceTrajectory, RunMetrics, Sample};
 use crate::lane::{Kernel, Lane, Wide, vectorized};
 use crate::path::nearest_in_window;
 use crate::servo::{AxisLoop, AxisParameters, LockupWatch};
@@ -33,15 +33,15 @@ pub(super) fn lanes() -> usize {
 
 /// At most [`lanes`] runs.
 pub(super) struct Batch<'b, const A: usize> {
-    pub(super) course: &'b Course<'b, A>,
+    pub(super) trajectory: &'b ReferenceTrajectory<'b, A>,
     pub(super) parameters: &'b [[AxisParameters; A]],
     /// Whether contouring errors are measured; else they are NaN.
     pub(super) contour: bool,
-    pub(super) figures: &'b mut [RunFigures<A>],
+    pub(super) metrics: &'b mut [RunMetrics<A>],
 }
 
 impl<const A: usize> Batch<'_, A> {
-    /// Fills in the figures.
+    /// Fills in the metrics.
     pub(super) fn run(self) {
         Arch::new().dispatch(self);
     }
@@ -53,7 +53,7 @@ impl<const A: usize> WithSimd for Batch<'_, A> {
     #[inline(always)]
     fn with_simd<S: Simd>(self, simd: S) {
         // The same code four times: the compiler leaves out of each what the others are for.
-        match (self.course.settings.one_sample_delay, self.contour) {
+        match (self.trajectory.settings.one_sample_delay, self.contour) {
             (false, false) => self.run_on::<S, false, false>(simd),
             (false, true) => self.run_on::<S, false, true>(simd),
             (true, false) => self.run_on::<S, true, false>(simd),
@@ -74,7 +74,7 @@ struct Tally<L: Lane, const A: usize> {
 impl<const A: usize> Batch<'_, A> {
     #[inline(always)]
     fn run_on<S: Simd, const DELAY: bool, const CONTOUR: bool>(self, simd: S) {
-        let Course { settings, start_mm, samples, .. } = self.course;
+        let ReferenceTrajectory { settings, start_mm, samples, .. } = self.trajectory;
         let zero = Wide::<S, REGISTERS>::splat(simd, 0.0);
         // Lanes that are left over repeat the last run.
         let last = self.parameters.len().saturating_sub(1);
@@ -88,20 +88,20 @@ impl<const A: usize> Batch<'_, A> {
             Tally { contour_max: zero, contour_sum: zero, tracking_max: zero, tracking_sum: zero, voltage: [zero; A] };
         let mut before = [zero; A];
         for sample in samples {
-            let mut lag = [zero; A];
+            let mut following_error = [zero; A];
             let mut square = zero;
             for axis in 0..A {
                 let command = zero.all(sample.command[axis]);
-                let law = axes[axis].law(command, zero.all(sample.velocity[axis]));
+                let control = axes[axis].control_step(command, zero.all(sample.velocity[axis]));
                 if DELAY {
                     axes[axis].plant(before[axis]);
-                    before[axis] = law.voltage;
+                    before[axis] = control.voltage;
                 } else {
-                    axes[axis].plant(law.voltage);
+                    axes[axis].plant(control.voltage);
                 }
-                lag[axis] = law.lag;
-                square = law.lag.mul_add(law.lag, square);
-                tally.voltage[axis] = tally.voltage[axis].max_abs(law.voltage);
+                following_error[axis] = control.following_error;
+                square = control.following_error.mul_add(control.following_error, square);
+                tally.voltage[axis] = tally.voltage[axis].max_abs(control.voltage);
             }
             tally.tracking_max = tally.tracking_max.max(square);
             tally.tracking_sum = tally.tracking_sum + square;
@@ -111,20 +111,23 @@ impl<const A: usize> Batch<'_, A> {
             }
             let plain = zero.every(square.le(zero.all(sample.around.plain_square)));
             let contour = match &sample.around.own {
-                Some(piece) if plain && A == 2 => piece.square(-lag[0], -lag[1]),
-                _ => Around { course: self.course, sample, lag, square, runs: self.parameters.len() }.aside(simd),
+                Some(piece) if plain && A == 2 => piece.square(-following_error[0], -following_error[1]),
+                _ => {
+                    Around { trajectory: self.trajectory, sample, following_error, square, runs: self.parameters.len() }
+                        .aside(simd)
+                }
             };
             tally.contour_max = tally.contour_max.max(contour);
             tally.contour_sum = tally.contour_sum + contour;
         }
-        self.figures(&tally);
+        self.metrics(&tally);
     }
 
-    /// From sums of squares to figures.
-    fn figures<S: Simd>(self, tally: &Tally<Wide<S, REGISTERS>, A>) {
-        let count = self.course.samples.len() as f64;
+    /// From sums of squares to metrics.
+    fn metrics<S: Simd>(self, tally: &Tally<Wide<S, REGISTERS>, A>) {
+        let count = self.trajectory.samples.len() as f64;
         let um = |square: f64| 1e3 * square.sqrt();
-        for (lane, figures) in self.figures.iter_mut().enumerate() {
+        for (lane, metrics) in self.metrics.iter_mut().enumerate() {
             let of = |wide: &Wide<S, REGISTERS>| wide.lanes().get(lane).copied().unwrap_or(f64::NAN);
             let peak_voltage_v: [f64; A] = std::array::from_fn(|axis| of(&tally.voltage[axis]));
             let saturation = match self.parameters.get(lane) {
@@ -132,11 +135,11 @@ impl<const A: usize> Batch<'_, A> {
                 Some(axes)
                     if axes.iter().zip(peak_voltage_v).any(|(axis, peak)| peak >= axis.drive.voltage_limit_v) =>
                 {
-                    vectorized(Watched { course: self.course, parameters: axes })
+                    vectorized(Watched { trajectory: self.trajectory, parameters: axes })
                 }
                 _ => Saturation::default(),
             };
-            *figures = RunFigures {
+            *metrics = RunMetrics {
                 max_contour_error_um: if self.contour { um(of(&tally.contour_max)) } else { f64::NAN },
                 rms_contour_error_um: if self.contour { um(of(&tally.contour_sum) / count) } else { f64::NAN },
                 max_tracking_error_um: um(of(&tally.tracking_max)),
@@ -152,9 +155,9 @@ impl<const A: usize> Batch<'_, A> {
 /// Squared distances where the setpoint's own piece is not good for every lane; of the first `runs` lanes, that is: the
 /// others are nobody's.
 struct Around<'b, S: Simd, const A: usize> {
-    course: &'b Course<'b, A>,
+    trajectory: &'b ReferenceTrajectory<'b, A>,
     sample: &'b Sample<A>,
-    lag: [Wide<S, REGISTERS>; A],
+    following_error: [Wide<S, REGISTERS>; A],
     square: Wide<S, REGISTERS>,
     runs: usize,
 }
@@ -173,17 +176,17 @@ impl<S: Simd, const A: usize> NullaryFnOnce for Around<'_, S, A> {
 
     #[inline(always)]
     fn call(self) -> Wide<S, REGISTERS> {
-        let Self { course, sample, lag, square, runs } = self;
+        let Self { trajectory, sample, following_error, square, runs } = self;
         let mut contour = square;
         let mut found = square.ne(square);
         if A == 2
             && let Some(own) = &sample.around.own
         {
             // A lane gets the same number whatever the others need: what is good alone comes first.
-            contour = own.square(-lag[0], -lag[1]);
+            contour = own.square(-following_error[0], -following_error[1]);
             found = square.le(square.all(sample.around.plain_square));
             for piece in std::iter::once(own).chain(&sample.around.others) {
-                let local = piece.checked(-lag[0], -lag[1], square);
+                let local = piece.checked(-following_error[0], -following_error[1], square);
                 contour = contour.or_else(found, local.square);
                 found = square.or(found, local.valid);
             }
@@ -198,21 +201,25 @@ impl<S: Simd, const A: usize> NullaryFnOnce for Around<'_, S, A> {
             *exact = if flags.get(lane) == Some(&1.0) {
                 known.get(lane).copied().unwrap_or(f64::NAN)
             } else {
-                course.exact_square(sample, &lag.map(|lag| lag.lanes().get(lane).copied().unwrap_or(f64::NAN)))
+                trajectory.exact_square(
+                    sample,
+                    &following_error
+                        .map(|following_error| following_error.lanes().get(lane).copied().unwrap_or(f64::NAN)),
+                )
             };
         }
         square.packed(lanes.into_iter())
     }
 }
 
-impl<const A: usize> Course<'_, A> {
-    /// The squared contouring error \[mm²\] where the tool is behind the setpoint by `lag`, as
+impl<const A: usize> ReferenceTrajectory<'_, A> {
+    /// The squared contouring error \[mm²\] where the tool is behind the setpoint by `following_error`, as
     /// [`ContourMeter`](crate::contour::ContourMeter) measures it.
     #[inline(never)]
-    fn exact_square(&self, sample: &Sample<A>, lag: &[f64; A]) -> f64 {
-        let lag = SVector::from(*lag);
-        let actual_mm = SVector::from(sample.command) + self.start_mm - lag;
-        let reach = PI * lag.norm() + 1e-6;
+    fn exact_square(&self, sample: &Sample<A>, following_error: &[f64; A]) -> f64 {
+        let following_error = SVector::from(*following_error);
+        let actual_mm = SVector::from(sample.command) + self.start_mm - following_error;
+        let reach = PI * following_error.norm() + 1e-6;
         let distance_mm =
             nearest_in_window(self.path, &actual_mm, sample.s_mm, reach, &mut sample.cursor.clone()).distance_mm;
         distance_mm * distance_mm
@@ -221,7 +228,7 @@ impl<const A: usize> Course<'_, A> {
 
 /// A run on its own, watched.
 struct Watched<'b, const A: usize> {
-    course: &'b Course<'b, A>,
+    trajectory: &'b ReferenceTrajectory<'b, A>,
     parameters: &'b [AxisParameters; A],
 }
 
@@ -230,7 +237,7 @@ impl<const A: usize> Kernel for Watched<'_, A> {
 
     #[inline(always)]
     fn run(self) -> Saturation {
-        let Course { settings, start_mm, samples, .. } = self.course;
+        let ReferenceTrajectory { settings, start_mm, samples, .. } = self.trajectory;
         let mut axes: [_; A] =
             std::array::from_fn(|axis| AxisLoop::new(&self.parameters[axis], settings, start_mm[axis]));
         let mut watches: [_; A] = std::array::from_fn(|_| LockupWatch::new(settings.period_s));
@@ -238,10 +245,12 @@ impl<const A: usize> Kernel for Watched<'_, A> {
         for (k, sample) in samples.iter().enumerate() {
             let mut saturated = false;
             for axis in 0..A {
-                let law = axes[axis].law(sample.command[axis], sample.velocity[axis]);
-                axes[axis].advance(law.voltage);
-                found.locked_up |= watches[axis].watch(k as u64, law.voltage, law.saturated, law.lag).is_some();
-                saturated |= law.saturated;
+                let control = axes[axis].control_step(sample.command[axis], sample.velocity[axis]);
+                axes[axis].advance(control.voltage);
+                found.locked_up |= watches[axis]
+                    .watch(k as u64, control.voltage, control.saturated, control.following_error)
+                    .is_some();
+                saturated |= control.saturated;
             }
             found.samples += u64::from(saturated);
         }
@@ -267,13 +276,17 @@ mod tests {
     use crate::servo::{Drive, LoopSettings, Pdff, Plant};
 
     /// Runs the batch with one kind of instructions, as many runs at a time as it has lanes.
-    fn run_with<S: Simd>(simd: S, course: &Course<'_, 2>, parameters: &[[AxisParameters; 2]]) -> Vec<RunFigures<2>> {
+    fn run_with<S: Simd>(
+        simd: S,
+        trajectory: &ReferenceTrajectory<'_, 2>,
+        parameters: &[[AxisParameters; 2]],
+    ) -> Vec<RunMetrics<2>> {
         let lanes = Wide::<S, REGISTERS>::LANES;
-        let mut figures = vec![RunFigures::none(); parameters.len()];
-        for (parameters, figures) in parameters.chunks(lanes).zip(figures.chunks_mut(lanes)) {
-            simd.vectorize(Batch { course, parameters, contour: true, figures });
+        let mut metrics = vec![RunMetrics::none(); parameters.len()];
+        for (parameters, metrics) in parameters.chunks(lanes).zip(metrics.chunks_mut(lanes)) {
+            simd.vectorize(Batch { trajectory, parameters, contour: true, metrics });
         }
-        figures
+        metrics
     }
 
     #[test]
@@ -282,8 +295,8 @@ mod tests {
             [[0., 0.], [12., 18.], [24., 27.], [36., 9.], [24., -9.], [12., 0.], [0., 18.]].map(Vector2::from);
         let path = PhSpline::from_control_points(&control, false).unwrap();
         let motion = Motion::plan(path.length_mm(), 100.0, Profile::Quintic { phase_s: 0.1 }).unwrap();
-        let course = Course::new(&path, &motion, LoopSettings::default()).unwrap();
-        // Some lag far enough for the pieces around, some saturate, one locks up.
+        let trajectory = ReferenceTrajectory::new(&path, &motion, LoopSettings::default()).unwrap();
+        // Some following_error far enough for the pieces around, some saturate, one locks up.
         let parameters: Vec<_> = (0..37)
             .map(|i| {
                 let share = f64::from(i) / 36.0;
@@ -300,16 +313,16 @@ mod tests {
                 })
             })
             .collect();
-        let scalar = run_with(pulp::Scalar::new(), &course, &parameters);
+        let scalar = run_with(pulp::Scalar::new(), &trajectory, &parameters);
         assert!(scalar.iter().any(|f| f.locked_up) && scalar.iter().any(|f| f.saturated_share == 0.0));
-        assert_eq!(course.run(&parameters).unwrap(), scalar, "the instructions of this machine");
+        assert_eq!(trajectory.run(&parameters).unwrap(), scalar, "the instructions of this machine");
         #[cfg(any(target_arch = "x86", target_arch = "x86_64"))]
         {
             if let Some(v3) = pulp::x86::V3::try_new() {
-                assert_eq!(run_with(v3, &course, &parameters), scalar, "AVX2");
+                assert_eq!(run_with(v3, &trajectory, &parameters), scalar, "AVX2");
             }
             if let Some(v4) = pulp::x86::V4::try_new() {
-                assert_eq!(run_with(v4, &course, &parameters), scalar, "AVX-512");
+                assert_eq!(run_with(v4, &trajectory, &parameters), scalar, "AVX-512");
             }
         }
     }

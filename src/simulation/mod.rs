@@ -4,15 +4,15 @@
 //! are go a block of 2048 periods ahead of it, each axis on a core of its own. [`Simulation::run`] pulls it to its end, watches it
 //! ([`Event`]s) and hands every period to the [`Observer`]s: the recording, the summary, or one of your own.
 
-mod ahead;
 mod axes;
 mod batch;
+mod block_buffer;
 mod corrections;
 mod corrections_file;
-mod course;
 mod drive;
 mod monitor;
 mod plan;
+mod reference_trajectory;
 
 use std::error::Error;
 use std::sync::Arc;
@@ -25,16 +25,16 @@ use crate::feedrate::Motion;
 use crate::interpolator::{Interpolator, Setpoint, periods};
 use crate::limits::{Event, Limits};
 use crate::path::Path;
-use crate::servo::remedies::CrossCouplingGains;
-use crate::servo::{AxisParameters, AxisSignals, DriveSignals, LoopSettings, RealDrive, ServoError};
-use ahead::{Ahead, Told};
+use crate::servo::compensation::CrossCouplingGains;
+use crate::servo::{AxisParameters, AxisSignals, DriveModel, DriveSignals, LoopSettings, ServoError};
 pub(crate) use axes::Axes;
+use block_buffer::{BlockBuffer, BlockSample};
 use corrections::Corrections;
 pub(crate) use corrections::shift;
 pub use corrections_file::{CorrectionsError, MAX_CORRECTED_PERIODS, read_corrections, write_corrections};
-pub use course::{Course, MAX_COURSE_PERIODS, RunFigures};
 pub(crate) use drive::{Periods, drive};
 pub use plan::{Desired, RunPlan, RunTotals};
+pub use reference_trajectory::{MAX_TRAJECTORY_PERIODS, ReferenceTrajectory, RunMetrics};
 
 /// Most control periods that a run may have (28 hours at 1 ms).
 pub const MAX_PERIODS: u64 = 100_000_000;
@@ -60,7 +60,7 @@ pub struct Period<const A: usize> {
     pub contour_error_um: f64,
     /// Distance to the setpoint \[µm\].
     pub tracking_error_um: f64,
-    /// What the drives tell beside: none where they are what their model says.
+    /// The drive signals beside: none where they are what their model says.
     pub drives: Option<[DriveSignals; A]>,
 }
 
@@ -164,8 +164,8 @@ pub enum SimulationError {
         /// The control period.
         period_s: f64,
     },
-    /// The course of a batch would be too long.
-    #[error("a run takes {periods} control periods; batches keep them all and take at most {MAX_COURSE_PERIODS}")]
+    /// The trajectory of a batch would be too long.
+    #[error("a run takes {periods} control periods; batches keep them all and take at most {MAX_TRAJECTORY_PERIODS}")]
     TooLongForBatch {
         /// How many it would take.
         periods: u64,
@@ -200,7 +200,7 @@ pub struct Simulation<'a, const A: usize> {
     interpolator: Interpolator<'a, A>,
     axes: Axes<A>,
     /// Where the axes are more than their model: what they have done already.
-    ahead: Ahead<A>,
+    ahead: BlockBuffer<A>,
     corrections: Option<Corrections<A>>,
     contour: ContourMeter<'a, A>,
     next: u64,
@@ -221,7 +221,7 @@ impl<'a, const A: usize> Simulation<'a, A> {
         Self::build(path, motion, parameters, None, None, settings)
     }
 
-    /// The same with drives as they are, and a cross-coupled controller where there is one.
+    /// The same with detailed drives, and a cross-coupled controller where there is one.
     ///
     /// # Errors
     /// As [`new`](Self::new).
@@ -229,7 +229,7 @@ impl<'a, const A: usize> Simulation<'a, A> {
         path: &'a dyn Path<A>,
         motion: &Motion,
         parameters: [AxisParameters; A],
-        drives: &[RealDrive; A],
+        drives: &[DriveModel; A],
         cross_coupling: Option<&CrossCouplingGains>,
         settings: LoopSettings,
     ) -> Result<Self, SimulationError> {
@@ -240,7 +240,7 @@ impl<'a, const A: usize> Simulation<'a, A> {
         path: &'a dyn Path<A>,
         motion: &Motion,
         parameters: [AxisParameters; A],
-        drives: Option<&[RealDrive; A]>,
+        drives: Option<&[DriveModel; A]>,
         cross_coupling: Option<&CrossCouplingGains>,
         settings: LoopSettings,
     ) -> Result<Self, SimulationError> {
@@ -261,7 +261,7 @@ impl<'a, const A: usize> Simulation<'a, A> {
             settings,
             interpolator,
             axes,
-            ahead: Ahead::new(),
+            ahead: BlockBuffer::new(),
             corrections: None,
             contour,
             next: 0,
@@ -292,7 +292,8 @@ impl<'a, const A: usize> Simulation<'a, A> {
         let corrections = self.corrections.as_ref();
         if let Axes::Real(real) = &mut self.axes {
             let left = self.last + 1 - k;
-            let Told { setpoint, axes, drives } = self.ahead.take(real, &mut self.interpolator, corrections, k, left);
+            let BlockSample { setpoint, axes, drives } =
+                self.ahead.take(real, &mut self.interpolator, corrections, k, left);
             return (setpoint, axes, Some(drives));
         }
         let setpoint = self.interpolator.setpoint(k);

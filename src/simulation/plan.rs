@@ -46,7 +46,7 @@ impl<const A: usize> fmt::Debug for Desired<'_, A> {
     }
 }
 
-/// Figures of path and motion.
+/// Metrics of path and motion.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct RunTotals {
     /// Length of the path \[mm\].

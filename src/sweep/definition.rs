@@ -7,7 +7,7 @@ use serde::{Deserialize, Serialize};
 use sha2::{Digest, Sha256};
 
 use super::error::SweepError;
-use super::evaluate::{Figure, ScenarioCache};
+use super::evaluate::{Metric, ScenarioCache};
 use super::sampling::Sampling;
 use super::variable::{AxisValue, Value, Values, Variable, axis_value};
 use super::{MAX_POINTS, MAX_VARIABLES, sobol};
@@ -55,7 +55,7 @@ pub struct Plan {
     pub margins: bool,
 }
 
-/// Everything that the points and figures of a sweep depend on.
+/// Everything that the points and metrics of a sweep depend on.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Definition {
@@ -75,8 +75,8 @@ pub struct Definition {
     pub count: u64,
     /// Seed of the sampled methods, 0 for a grid.
     pub seed: u64,
-    /// Names of the figures.
-    pub figures: Vec<String>,
+    /// Names of the metrics.
+    pub metrics: Vec<String>,
     /// SHA-256 of the learned corrections, where the scenario has some: its text has only the name of their file.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub learned: Option<String>,
@@ -94,7 +94,7 @@ impl Definition {
                 ("variables", variables.join(", ")),
                 ("number of points", definition.count.to_string()),
                 ("seed", definition.seed.to_string()),
-                ("figures", definition.figures.join(", ")),
+                ("metrics", definition.metrics.join(", ")),
             ]
         };
         for ((name, ours), (_, theirs)) in parts(self).into_iter().zip(parts(other)) {
@@ -124,7 +124,7 @@ impl Definition {
     }
 }
 
-/// A sweep: where its points are, and the figures at them.
+/// A sweep: where its points are, and the metrics at them.
 #[derive(Debug)]
 pub struct Sweep {
     pub(super) definition: Definition,
@@ -171,7 +171,7 @@ impl Sweep {
                     "give all of its values in one --vary",
                 ));
             }
-            // A word that the scenario does not take is a slip, not a point without figures.
+            // A word that the scenario does not take is a slip, not a point without metrics.
             if let Values::List(values) = &variable.values {
                 for value in values.iter().filter(|value| value.number().is_none()) {
                     let mut trial = document.clone();
@@ -192,7 +192,7 @@ impl Sweep {
             method,
             count,
             seed: if method == Method::Grid { 0 } else { plan.seed },
-            figures: Figure::all(plan.margins).map(|figure| figure.name().to_owned()).collect(),
+            metrics: Metric::all(plan.margins).map(|metric| metric.name().to_owned()).collect(),
             learned: scenario.corrections_mm.as_deref().map(digest),
         };
         Ok(Self::assemble(definition, document.clone(), scenario))
@@ -212,12 +212,12 @@ impl Sweep {
         }
         let mut document =
             Document::from_text(definition.scenario_toml.as_str(), format!("{}.toml", definition.scenario));
-        // Their file may be elsewhere; what they have done is in the figures.
+        // Their file may be elsewhere; what they have done is in the metrics.
         document.forget_learned()?;
         let scenario = document.scenario()?;
         let (method, count_given) = (Some(definition.method), Some(definition.count));
         let plan = Plan { method, samples: count_given, seed: definition.seed, margins: false };
-        let is_known = |margins| Figure::all(margins).map(Figure::name).eq(definition.figures.iter());
+        let is_known = |margins| Metric::all(margins).map(Metric::name).eq(definition.metrics.iter());
         let sampled = definition.method != Method::Grid;
         let plan = if sampled { plan } else { Plan { samples: None, ..plan } };
         if definition.variables.is_empty()
@@ -257,9 +257,9 @@ impl Sweep {
         &self.scenario
     }
 
-    /// The figures of every point, in the order of the tables' columns.
-    pub fn figures(&self) -> impl Iterator<Item = Figure> {
-        Figure::all(true).take(self.definition.figures.len())
+    /// The metrics of every point, in the order of the tables' columns.
+    pub fn metrics(&self) -> impl Iterator<Item = Metric> {
+        Metric::all(true).take(self.definition.metrics.len())
     }
 
     /// How many points it has.

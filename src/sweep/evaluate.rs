@@ -1,4 +1,4 @@
-//! The figures at the points: axis parameters are written straight into the loop, other values make a new scenario.
+//! The metrics at the points: axis parameters are written straight into the loop, other values make a new scenario.
 
 use std::collections::{HashMap, VecDeque};
 use std::ops::Range;
@@ -13,7 +13,7 @@ use super::variable::Value;
 use crate::analysis::{DriveLoop, Margins, margins, peak_sensitivity};
 use crate::scenario::Scenario;
 use crate::servo::AxisParameters;
-use crate::simulation::{Course, RunFigures};
+use crate::simulation::{ReferenceTrajectory, RunMetrics};
 use crate::summary::SummaryObserver;
 
 /// What became of a point.
@@ -24,11 +24,11 @@ pub enum Status {
     Ok,
     /// An axis saturated and recovered.
     Saturated,
-    /// An axis locked up: its figures are those of a loop that is lost.
+    /// An axis locked up: its metrics are those of a loop that is lost.
     LockedUp,
-    /// A signal grew beyond all numbers: there are no figures.
+    /// A signal grew beyond all numbers: there are no metrics.
     Diverged,
-    /// The values make no valid scenario: there are no figures.
+    /// The values make no valid scenario: there are no metrics.
     Invalid,
 }
 
@@ -47,18 +47,18 @@ impl Status {
         }
     }
 
-    /// Whether the loop did its work: it has figures, and they are those of a loop that follows.
+    /// Whether the loop did its work: it has metrics, and they are those of a loop that follows.
     pub fn is_sound(self) -> bool {
         matches!(self, Self::Ok | Self::Saturated)
     }
 }
 
-/// A figure of a point.
+/// A metric of a point.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct Figure(usize);
+pub struct Metric(usize);
 
-/// Name, words and unit of every figure, and whether more of it is better: those of the run, then the margins.
-const FIGURES: [(&str, &str, &str, bool); 17] = [
+/// Name, words and unit of every metric, and whether more of it is better: those of the run, then the margins.
+const METRICS: [(&str, &str, &str, bool); 17] = [
     ("max_contour_error_um", "max contouring error", "µm", false),
     ("rms_contour_error_um", "rms contouring error", "µm", false),
     ("max_tracking_error_um", "max tracking error", "µm", false),
@@ -81,64 +81,64 @@ const FIGURES: [(&str, &str, &str, bool); 17] = [
 /// How many of them are of the run.
 const OF_THE_RUN: usize = 7;
 
-impl Figure {
+impl Metric {
     /// Largest contouring error, either side \[µm\].
     pub const MAX_CONTOUR_ERROR: Self = Self(0);
 
     /// Those of the run, and with `margins` those of the loops, in the order of the tables' columns.
     pub fn all(margins: bool) -> impl Iterator<Item = Self> {
-        (0..if margins { FIGURES.len() } else { OF_THE_RUN }).map(Self)
+        (0..if margins { METRICS.len() } else { OF_THE_RUN }).map(Self)
     }
 
-    /// The figure of this name.
+    /// The metric of this name.
     pub fn find(name: &str) -> Option<Self> {
-        Self::all(true).find(|figure| figure.name() == name)
+        Self::all(true).find(|metric| metric.name() == name)
     }
 
-    fn facts(self) -> (&'static str, &'static str, &'static str, bool) {
-        FIGURES.get(self.0).copied().unwrap_or(FIGURES[0])
+    fn metadata(self) -> (&'static str, &'static str, &'static str, bool) {
+        METRICS.get(self.0).copied().unwrap_or(METRICS[0])
     }
 
     /// Name of its column, with its unit.
     pub fn name(self) -> &'static str {
-        self.facts().0
+        self.metadata().0
     }
 
     /// What it is, in words.
     pub fn title(self) -> &'static str {
-        self.facts().1
+        self.metadata().1
     }
 
     /// Its unit; empty for a share.
     pub fn unit(self) -> &'static str {
-        self.facts().2
+        self.metadata().2
     }
 
     /// Whether more of it is better.
     pub fn is_better_large(self) -> bool {
-        self.facts().3
+        self.metadata().3
     }
 
-    /// Whether it is a margin of a loop ([`crate::analysis::Margins`]) rather than a figure of the run.
+    /// Whether it is a margin of a loop ([`crate::analysis::Margins`]) rather than a metric of the run.
     pub fn is_margin(self) -> bool {
         self.0 >= OF_THE_RUN
     }
 
-    /// Its place among all figures.
+    /// Its place among all metrics.
     pub(super) fn place(self) -> usize {
         self.0
     }
 }
 
-/// Status and figures of points in a row.
+/// Status and metrics of points in a row.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Rows {
     /// One a point.
     pub status: Vec<Status>,
-    /// Figures of a point.
+    /// Metrics of a point.
     pub width: usize,
-    /// All figures of the first point, of the second, …; NaN where there are none. A margin may be infinite.
-    pub figures: Vec<f64>,
+    /// All metrics of the first point, of the second, …; NaN where there are none. A margin may be infinite.
+    pub metrics: Vec<f64>,
 }
 
 impl Rows {
@@ -152,21 +152,21 @@ impl Rows {
         self.status.is_empty()
     }
 
-    /// All figures of the point at `place`.
-    pub fn figures_of(&self, place: usize) -> &[f64] {
-        self.figures.get(place * self.width..(place + 1) * self.width).unwrap_or_default()
+    /// All metrics of the point at `place`.
+    pub fn metrics_of(&self, place: usize) -> &[f64] {
+        self.metrics.get(place * self.width..(place + 1) * self.width).unwrap_or_default()
     }
 
-    /// One figure of the point at `place`; NaN where there is none of this name.
-    pub fn figure(&self, place: usize, name: &str) -> f64 {
-        Figure::find(name).and_then(|figure| self.figures_of(place).get(figure.0).copied()).unwrap_or(f64::NAN)
+    /// One metric of the point at `place`; NaN where there is none of this name.
+    pub fn metric(&self, place: usize, name: &str) -> f64 {
+        Metric::find(name).and_then(|metric| self.metrics_of(place).get(metric.0).copied()).unwrap_or(f64::NAN)
     }
 }
 
 /// What one point comes to.
-type Row = (Status, [f64; FIGURES.len()]);
+type Row = (Status, [f64; METRICS.len()]);
 
-const NOTHING: [f64; FIGURES.len()] = [f64::NAN; FIGURES.len()];
+const NOTHING: [f64; METRICS.len()] = [f64::NAN; METRICS.len()];
 
 /// Scenarios that are kept.
 const CACHED: usize = 32;
@@ -193,7 +193,7 @@ impl ScenarioCache {
 }
 
 impl Sweep {
-    /// Status and figures of the points in `range`, computed on all cores; none where `stop` was raised.
+    /// Status and metrics of the points in `range`, computed on all cores; none where `stop` was raised.
     ///
     /// What a point comes to does not depend on the range or the number of cores.
     pub fn evaluate(&self, range: Range<u64>, stop: Option<&AtomicBool>) -> Option<Rows> {
@@ -219,16 +219,16 @@ impl Sweep {
                 self.group(settings, &values, stop)
             })
             .collect::<Option<_>>()?;
-        let width = self.definition.figures.len();
+        let width = self.definition.metrics.len();
         let mut rows =
-            Rows { status: vec![Status::Invalid; points.len()], width, figures: vec![f64::NAN; points.len() * width] };
+            Rows { status: vec![Status::Invalid; points.len()], width, metrics: vec![f64::NAN; points.len() * width] };
         for ((_, places), found) in groups.iter().zip(done) {
-            for (&place, (status, figures)) in places.iter().zip(found) {
+            for (&place, (status, metrics)) in places.iter().zip(found) {
                 if let Some(slot) = rows.status.get_mut(place) {
                     *slot = status;
                 }
-                for (slot, figure) in rows.figures.iter_mut().skip(place * width).take(width).zip(figures) {
-                    *slot = figure;
+                for (slot, metric) in rows.metrics.iter_mut().skip(place * width).take(width).zip(metrics) {
+                    *slot = metric;
                 }
             }
         }
@@ -311,7 +311,7 @@ impl Sweep {
             let is_valid = |axes: &[AxisParameters; 2]| axes.iter().all(|axis| axis.check().is_ok());
             let valid: Vec<[AxisParameters; 2]> = axes.iter().copied().filter(is_valid).collect();
             let mut found = engine.run(&valid).into_iter();
-            let of_loops: Vec<Vec<f64>> = if self.definition.figures.len() > OF_THE_RUN {
+            let of_loops: Vec<Vec<f64>> = if self.definition.metrics.len() > OF_THE_RUN {
                 valid.par_iter().map(|axes| margins_of(axes, &scenario)).collect()
             } else {
                 Vec::new()
@@ -321,17 +321,17 @@ impl Sweep {
                 if !is_valid(axes) {
                     return invalid;
                 }
-                let (status, mut figures) = found.next().flatten().map_or((Status::Diverged, NOTHING), |run| row(&run));
+                let (status, mut metrics) = found.next().flatten().map_or((Status::Diverged, NOTHING), |run| row(&run));
                 let margins = of_loops.next().unwrap_or_default();
-                figures.iter_mut().skip(OF_THE_RUN).zip(margins).for_each(|(slot, margin)| *slot = margin);
-                (status, figures)
+                metrics.iter_mut().skip(OF_THE_RUN).zip(margins).for_each(|(slot, margin)| *slot = margin);
+                (status, metrics)
             }));
         }
         Some(rows)
     }
 }
 
-/// The margins of both loops, in the order of the figures: of the model, or of the drive as it is where it is more than that.
+/// The margins of both loops, in the order of the metrics: of the model, or of the detailed drive model where it is more than that.
 fn margins_of(axes: &[AxisParameters; 2], scenario: &Scenario) -> Vec<f64> {
     const OF_EACH: [fn(&Margins) -> f64; 5] =
         [|m| m.peak_sensitivity, |m| m.gain_down, |m| m.gain_up, |m| m.phase_margin_deg, |m| m.delay_margin_s];
@@ -343,7 +343,7 @@ fn margins_of(axes: &[AxisParameters; 2], scenario: &Scenario) -> Vec<f64> {
     OF_EACH.iter().flat_map(|pick| loops.map(|of| of.map_or(f64::NAN, |margins| pick(&margins)))).collect()
 }
 
-fn row(run: &RunFigures<2>) -> Row {
+fn row(run: &RunMetrics<2>) -> Row {
     let of_the_run = [
         run.max_contour_error_um,
         run.rms_contour_error_um,
@@ -353,11 +353,11 @@ fn row(run: &RunFigures<2>) -> Row {
         run.peak_voltage_v[1],
         run.saturated_share,
     ];
-    if of_the_run.iter().any(|figure| !figure.is_finite()) {
+    if of_the_run.iter().any(|metric| !metric.is_finite()) {
         return (Status::Diverged, NOTHING);
     }
-    let mut figures = NOTHING;
-    figures.iter_mut().zip(of_the_run).for_each(|(slot, figure)| *slot = figure);
+    let mut metrics = NOTHING;
+    metrics.iter_mut().zip(of_the_run).for_each(|(slot, metric)| *slot = metric);
     let status = if run.locked_up {
         Status::LockedUp
     } else if run.saturated_share > 0.0 {
@@ -365,14 +365,14 @@ fn row(run: &RunFigures<2>) -> Row {
     } else {
         Status::Ok
     };
-    (status, figures)
+    (status, metrics)
 }
 
 /// What runs many axes along the path of one scenario.
 enum Engine<'a> {
     /// Side by side.
-    Course(Course<'a, 2>),
-    /// One by one: a course would be too long to be kept, the drives are more than their models, or the commands are corrected.
+    ReferenceTrajectory(ReferenceTrajectory<'a, 2>),
+    /// One by one: a trajectory would be too long to be kept, the drives are more than their models, or the commands are corrected.
     Single(&'a Scenario),
 }
 
@@ -381,35 +381,37 @@ impl<'a> Engine<'a> {
         if !scenario.is_model() || scenario.corrections_mm.is_some() {
             return Self::Single(scenario);
         }
-        scenario.course().map_or(Self::Single(scenario), Self::Course)
+        scenario.reference_trajectory().map_or(Self::Single(scenario), Self::ReferenceTrajectory)
     }
 
     /// How many points to hand it at a time: a second of work at most, so that it can be stopped.
     fn batch(&self) -> usize {
         match self {
-            Self::Course(course) => {
-                usize::try_from((1 << 24) / course.samples().max(1)).unwrap_or(1).clamp(64, 1 << 14)
+            Self::ReferenceTrajectory(trajectory) => {
+                usize::try_from((1 << 24) / trajectory.samples().max(1)).unwrap_or(1).clamp(64, 1 << 14)
             }
             Self::Single(_) => 16,
         }
     }
 
-    /// The figures of each; none where a loop diverged.
-    fn run(&self, axes: &[[AxisParameters; 2]]) -> Vec<Option<RunFigures<2>>> {
+    /// The metrics of each; none where a loop diverged.
+    fn run(&self, axes: &[[AxisParameters; 2]]) -> Vec<Option<RunMetrics<2>>> {
         match self {
-            Self::Course(course) => course.run(axes).map_or(Vec::new(), |runs| runs.into_iter().map(Some).collect()),
+            Self::ReferenceTrajectory(trajectory) => {
+                trajectory.run(axes).map_or(Vec::new(), |runs| runs.into_iter().map(Some).collect())
+            }
             Self::Single(scenario) => axes.par_iter().map(|axes| single(scenario, *axes)).collect(),
         }
     }
 }
 
-fn single(scenario: &Scenario, axes: [AxisParameters; 2]) -> Option<RunFigures<2>> {
+fn single(scenario: &Scenario, axes: [AxisParameters; 2]) -> Option<RunMetrics<2>> {
     let mut observer = SummaryObserver::new(String::new());
     let simulation = scenario.simulation_of(axes).ok()?;
     simulation.run(&scenario.limits, None, &mut [&mut observer]).ok()?;
     let summary = observer.summary();
     let voltage = |axis: usize| summary.axes.get(axis).map_or(f64::NAN, |axis| axis.peak_voltage_v);
-    Some(RunFigures {
+    Some(RunMetrics {
         max_contour_error_um: summary.max_contour_error_um,
         rms_contour_error_um: summary.rms_contour_error_um,
         max_tracking_error_um: summary.max_tracking_error_um,

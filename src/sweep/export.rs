@@ -17,7 +17,7 @@ use parquet::schema::types::Type;
 
 use super::definition::Sweep;
 use super::error::SweepError;
-use super::evaluate::{Figure, Status};
+use super::evaluate::{Metric, Status};
 use super::journal::Journal;
 use super::outcome::{Outcome, Tally};
 use super::picture::Sketch;
@@ -32,7 +32,7 @@ const GROUP: usize = 1 << 17;
 pub struct Exported {
     /// The tables, Parquet and CSV.
     pub files: Vec<PathBuf>,
-    /// The sweep in a few figures.
+    /// The sweep in a few metrics.
     pub outcome: Outcome,
     /// The sweep to be drawn.
     pub picture: SweepPicture,
@@ -41,7 +41,7 @@ pub struct Exported {
 /// Writes `NAME-sweep.parquet` and `NAME-sweep.csv` into `folder` from the journals, which hold the sweep from its first
 /// point to its last. Each file appears under its name when it is whole; earlier ones are replaced.
 ///
-/// Columns: `index`, the variables by their keys, `status`, the figures (null or empty where a point has none). `figure` is
+/// Columns: `index`, the variables by their keys, `status`, the metrics (null or empty where a point has none). `metric` is
 /// the one that [`Outcome`] and picture are of.
 ///
 /// # Errors
@@ -50,12 +50,12 @@ pub fn export(
     sweep: &Sweep,
     journals: &[Journal],
     folder: &Path,
-    figure: Figure,
+    metric: Metric,
     stop: Option<&AtomicBool>,
 ) -> Result<Exported, SweepError> {
-    if !sweep.figures().any(|known| known == figure) {
+    if !sweep.metrics().any(|known| known == metric) {
         return Err(SweepError::request(
-            format!("the sweep has no {}: it was computed without margins", figure.name()),
+            format!("the sweep has no {}: it was computed without margins", metric.name()),
             "compute it anew with --margins, or choose another --figure",
         ));
     }
@@ -71,8 +71,8 @@ pub fn export(
     let drafts = ["parquet", "csv"].map(|ending| folder.join(format!(".{stem}.{ending}.{}.part", std::process::id())));
     let [parquet, csv] = &drafts;
 
-    let mut tally = Tally::new(figure);
-    let mut sketch = Sketch::new(sweep, figure);
+    let mut tally = Tally::new(metric);
+    let mut sketch = Sketch::new(sweep, metric);
     let write = |tally: &mut Tally, sketch: &mut Sketch| -> Result<(), SweepError> {
         let create = |path: &Path| File::create(path).map_err(|source| failed(path, source));
         let mut table = ParquetTable::new(sweep, create(parquet)?).map_err(|error| failed(parquet, into_io(error)))?;
@@ -93,13 +93,13 @@ pub fn export(
                 }
                 for (place, status) in rows.status.iter().enumerate() {
                     let index = first + place as u64;
-                    let (values, figures) = (sweep.values(index), rows.figures_of(place));
+                    let (values, metrics) = (sweep.values(index), rows.metrics_of(place));
                     line.clear();
-                    csv_row(&mut line, index, &values, *status, figures);
+                    csv_row(&mut line, index, &values, *status, metrics);
                     text.write_all(line.as_bytes()).map_err(|source| failed(csv, source))?;
-                    tally.push(index, *status, figures, || sweep.is_stable(index));
-                    sketch.push(sweep, index, &values, *status, figures);
-                    table.push(index, values, *status, figures).map_err(|error| failed(parquet, into_io(error)))?;
+                    tally.push(index, *status, metrics, || sweep.is_stable(index));
+                    sketch.push(sweep, index, &values, *status, metrics);
+                    table.push(index, values, *status, metrics).map_err(|error| failed(parquet, into_io(error)))?;
                 }
                 Ok(())
             })?;
@@ -125,7 +125,7 @@ pub fn export(
         let reason = sweep.why_invalid(0).unwrap_or_else(|| "its values make no valid scenario".to_owned());
         return Err(SweepError::NothingValid { count: outcome.points, reason });
     }
-    let picture = sketch.finish(sweep, &outcome, best, &tally.figures);
+    let picture = sketch.finish(sweep, &outcome, best, &tally.metrics);
     Ok(Exported { files: files.to_vec(), outcome, picture })
 }
 
@@ -135,13 +135,13 @@ fn write_csv_header(out: &mut impl Write, sweep: &Sweep) -> io::Result<()> {
         write!(out, ",{}", variable.key)?;
     }
     out.write_all(b",status")?;
-    for figure in sweep.figures() {
-        write!(out, ",{}", figure.name())?;
+    for metric in sweep.metrics() {
+        write!(out, ",{}", metric.name())?;
     }
     writeln!(out)
 }
 
-fn csv_row(line: &mut String, index: u64, values: &[Value], status: Status, figures: &[f64]) {
+fn csv_row(line: &mut String, index: u64, values: &[Value], status: Status, metrics: &[f64]) {
     // Writing to a string does not fail.
     let _ = write!(line, "{index}");
     for value in values {
@@ -153,11 +153,11 @@ fn csv_row(line: &mut String, index: u64, values: &[Value], status: Status, figu
     }
     line.push(',');
     line.push_str(status.name());
-    for figure in figures {
+    for metric in metrics {
         line.push(',');
         // (An infinite margin is written as `inf`.)
-        if !figure.is_nan() {
-            let _ = write_number(line, *figure);
+        if !metric.is_nan() {
+            let _ = write_number(line, *metric);
         }
     }
     line.push('\n');
@@ -190,7 +190,7 @@ enum Column {
     Number(Vec<f64>),
     Text(Vec<ByteArray>),
     /// Numbers that may be missing, and which are there.
-    Figure(Vec<f64>, Vec<i16>),
+    Metric(Vec<f64>, Vec<i16>),
 }
 
 /// The Parquet file, a row group at a time.
@@ -221,9 +221,9 @@ impl ParquetTable {
         }
         fields.push(text("status")?);
         columns.push(Column::Text(Vec::new()));
-        for figure in sweep.figures() {
-            fields.push(field(figure.name(), Physical::DOUBLE, Repetition::OPTIONAL, None)?);
-            columns.push(Column::Figure(Vec::new(), Vec::new()));
+        for metric in sweep.metrics() {
+            fields.push(field(metric.name(), Physical::DOUBLE, Repetition::OPTIONAL, None)?);
+            columns.push(Column::Metric(Vec::new(), Vec::new()));
         }
         let schema = Arc::new(Type::group_type_builder("sweep").with_fields(fields).build()?);
         let definition =
@@ -235,7 +235,7 @@ impl ParquetTable {
         Ok(Self { writer: SerializedFileWriter::new(file, schema, Arc::new(properties))?, columns, rows: 0 })
     }
 
-    fn push(&mut self, index: u64, values: Vec<Value>, status: Status, figures: &[f64]) -> Result<(), ParquetError> {
+    fn push(&mut self, index: u64, values: Vec<Value>, status: Status, metrics: &[f64]) -> Result<(), ParquetError> {
         let mut columns = self.columns.iter_mut();
         if let Some(Column::Whole(column)) = columns.next() {
             column.push(i64::try_from(index).unwrap_or(i64::MAX));
@@ -250,10 +250,10 @@ impl ParquetTable {
         if let Some(Column::Text(column)) = columns.next() {
             column.push(status.name().into());
         }
-        for (column, figure) in columns.zip(figures) {
-            if let Column::Figure(numbers, there) = column {
-                there.push(i16::from(!figure.is_nan()));
-                numbers.extend(Some(*figure).filter(|figure| !figure.is_nan()));
+        for (column, metric) in columns.zip(metrics) {
+            if let Column::Metric(numbers, there) = column {
+                there.push(i16::from(!metric.is_nan()));
+                numbers.extend(Some(*metric).filter(|metric| !metric.is_nan()));
             }
         }
         self.rows += 1;
@@ -280,7 +280,7 @@ impl ParquetTable {
                     writer.typed::<ByteArrayType>().write_batch(values, None, None)?;
                     values.clear();
                 }
-                Column::Figure(values, there) => {
+                Column::Metric(values, there) => {
                     writer.typed::<DoubleType>().write_batch(values, Some(there), None)?;
                     values.clear();
                     there.clear();

@@ -8,7 +8,7 @@
 //! | 32 | SHA-256 of all before |
 //! | then for every block: 8 | number of the block, from 0 |
 //! | 4 | points in it |
-//! | … | for every point: status (1 byte) and figures (8 bytes each, IEEE 754) |
+//! | … | for every point: status (1 byte) and metrics (8 bytes each, IEEE 754) |
 //! | 8 | the first bytes of the SHA-256 of the header's hash and the block |
 //!
 //! Numbers are little-endian. Every block but the last has the header's number of points, so that each byte has its place: a
@@ -87,9 +87,9 @@ impl Header {
         self.points().saturating_sub(block * full).min(full)
     }
 
-    /// Figures of a point.
+    /// Metrics of a point.
     fn width(&self) -> usize {
-        self.definition.figures.len()
+        self.definition.metrics.len()
     }
 
     pub(super) fn blocks(&self) -> u64 {
@@ -100,7 +100,7 @@ impl Header {
 /// Bytes of a block around its points: number and length before, checksum behind.
 const FRAME: (usize, usize) = (12, 8);
 
-/// Length of a block of so many points with so many figures.
+/// Length of a block of so many points with so many metrics.
 fn block_bytes(points: u64, width: usize) -> usize {
     usize::try_from(points).unwrap_or(usize::MAX).saturating_mul(1 + 8 * width).saturating_add(FRAME.0 + FRAME.1)
 }
@@ -118,7 +118,7 @@ pub(super) fn encode_block(hash: &[u8; 32], block: u64, rows: &Rows) -> Vec<u8> 
     for (place, status) in rows.status.iter().enumerate() {
         bytes
             .push(Status::ALL.iter().position(|known| known == status).and_then(|i| u8::try_from(i).ok()).unwrap_or(0));
-        bytes.extend(rows.figures_of(place).iter().flat_map(|figure| figure.to_bits().to_le_bytes()));
+        bytes.extend(rows.metrics_of(place).iter().flat_map(|metric| metric.to_bits().to_le_bytes()));
     }
     bytes.extend(checksum(hash, &bytes));
     bytes
@@ -136,10 +136,10 @@ fn decode_block(hash: &[u8; 32], block: u64, points: u64, width: usize, bytes: &
         return Err("it is another block");
     }
     let mut rows = Rows { width, ..Rows::default() };
-    while let Some((code, figures)) = rest.split_first() {
+    while let Some((code, metrics)) = rest.split_first() {
         rows.status.push(Status::ALL.get(usize::from(*code)).copied().ok_or("it has a status that is not known")?);
-        let (now, later) = figures.split_at((8 * width).min(figures.len()));
-        rows.figures.extend(
+        let (now, later) = metrics.split_at((8 * width).min(metrics.len()));
+        rows.metrics.extend(
             now.chunks_exact(8)
                 .map(|bytes| f64::from_le_bytes(std::array::from_fn(|i| bytes.get(i).copied().unwrap_or(0)))),
         );

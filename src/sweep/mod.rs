@@ -1,6 +1,6 @@
-//! Sweeps: one scenario at many points, on a grid or sampled, with the figures of every run.
+//! Sweeps: one scenario at many points, on a grid or sampled, with the metrics of every run.
 //!
-//! A [`Sweep`] is a scenario, what is varied in it and how: it says where its points are and computes the figures of any
+//! A [`Sweep`] is a scenario, what is varied in it and how: it says where its points are and computes the metrics of any
 //! range of them. Point `i` is a function of the definition and `i` alone, so that a part of a sweep needs no other part.
 //! [`Session`] computes a sweep (or one shard of it) into a journal that survives a kill; [`export`] writes what journals
 //! hold as Parquet and CSV, in the same bytes however the sweep was divided.
@@ -14,7 +14,7 @@
 //! assert_eq!(sweep.count(), 6);
 //! assert_eq!(sweep.values(1)[1].number(), Some(100.0));
 //! let rows = sweep.evaluate(0..sweep.count(), None).ok_or("stopped")?;
-//! assert!(rows.figure(0, "max_contour_error_um") < rows.figure(1, "max_contour_error_um"));
+//! assert!(rows.metric(0, "max_contour_error_um") < rows.metric(1, "max_contour_error_um"));
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 
@@ -33,7 +33,7 @@ mod variable;
 
 pub use definition::{Definition, Method, Plan, Sweep};
 pub use error::SweepError;
-pub use evaluate::{Figure, Rows, Status};
+pub use evaluate::{Metric, Rows, Status};
 pub use export::{Exported, export};
 pub use journal::{Journal, Shard};
 pub use outcome::{Best, Outcome, PERCENTILES};

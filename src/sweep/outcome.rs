@@ -1,26 +1,26 @@
-//! A whole sweep in a few figures.
+//! A whole sweep in a few metrics.
 
 use serde::Serialize;
 
 use super::definition::{Method, Sweep};
-use super::evaluate::{Figure, Status};
+use super::evaluate::{Metric, Status};
 use super::variable::Value;
 
 /// The percentiles of [`Outcome::percentiles`].
 pub const PERCENTILES: [u32; 5] = [5, 50, 95, 99, 100];
 
-/// The point with the best figure: the smallest error, the largest margin.
+/// The point with the best metric: the smallest error, the largest margin.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Best {
     /// Its number.
     pub index: u64,
     /// Values of the variables, in their order.
     pub values: Vec<Value>,
-    /// Its figures, in the order of [`Outcome::figures`].
-    pub figures: Vec<f64>,
+    /// Its metrics, in the order of [`Outcome::metrics`].
+    pub metrics: Vec<f64>,
 }
 
-/// A whole sweep in a few figures.
+/// A whole sweep in a few metrics.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Outcome {
     /// Name of the scenario.
@@ -41,14 +41,14 @@ pub struct Outcome {
     pub invalid: u64,
     /// Keys of the variables.
     pub variables: Vec<String>,
-    /// Names of the figures of [`Best::figures`].
-    pub figures: Vec<String>,
-    /// The figure that `best` and `percentiles` are of.
-    pub figure: String,
-    /// The point with the best figure, of those that are ok or saturated and whose loops are stable (a run may end before an
+    /// Names of the metrics of [`Best::metrics`].
+    pub metrics: Vec<String>,
+    /// The metric that `best` and `percentiles` are of.
+    pub metric: String,
+    /// The point with the best metric, of those that are ok or saturated and whose loops are stable (a run may end before an
     /// unstable loop has grown); none where there is none.
     pub best: Option<Best>,
-    /// The figure's [`PERCENTILES`] (nearest rank; the last is the largest) over all points that have figures, those that
+    /// The metric's [`PERCENTILES`] (nearest rank; the last is the largest) over all points that have metrics, those that
     /// locked up among them; none where there is none.
     pub percentiles: Option<[f64; 5]>,
 }
@@ -56,30 +56,30 @@ pub struct Outcome {
 /// Gathers an [`Outcome`] point by point.
 #[derive(Debug)]
 pub(super) struct Tally {
-    pub(super) figure: Figure,
+    pub(super) metric: Metric,
     counts: [u64; 5],
     best: Option<(f64, u64, Vec<f64>)>,
-    /// The figure of every point that has one.
-    pub(super) figures: Vec<f64>,
+    /// The metric of every point that has one.
+    pub(super) metrics: Vec<f64>,
 }
 
 impl Tally {
-    pub(super) fn new(figure: Figure) -> Self {
-        Self { figure, counts: [0; 5], best: None, figures: Vec::new() }
+    pub(super) fn new(metric: Metric) -> Self {
+        Self { metric, counts: [0; 5], best: None, metrics: Vec::new() }
     }
 
     /// `is_stable` is asked of points that would be the best.
-    pub(super) fn push(&mut self, index: u64, status: Status, figures: &[f64], is_stable: impl FnOnce() -> bool) {
+    pub(super) fn push(&mut self, index: u64, status: Status, metrics: &[f64], is_stable: impl FnOnce() -> bool) {
         for (count, known) in self.counts.iter_mut().zip(Status::ALL) {
             *count += u64::from(known == status);
         }
-        let Some(figure) = figures.get(self.figure.place()).copied().filter(|figure| figure.is_finite()) else {
+        let Some(metric) = metrics.get(self.metric.place()).copied().filter(|metric| metric.is_finite()) else {
             return;
         };
-        self.figures.push(figure);
-        let is_better = |best: f64| if self.figure.is_better_large() { figure > best } else { figure < best };
+        self.metrics.push(metric);
+        let is_better = |best: f64| if self.metric.is_better_large() { metric > best } else { metric < best };
         if status.is_sound() && self.best.as_ref().is_none_or(|(best, ..)| is_better(*best)) && is_stable() {
-            self.best = Some((figure, index, figures.to_vec()));
+            self.best = Some((metric, index, metrics.to_vec()));
         }
     }
 
@@ -88,12 +88,12 @@ impl Tally {
         self.best.as_ref().map(|(_, index, _)| *index)
     }
 
-    /// Sorts the figures; the end of gathering.
+    /// Sorts the metrics; the end of gathering.
     pub(super) fn outcome(&mut self, sweep: &Sweep) -> Outcome {
-        self.figures.sort_unstable_by(f64::total_cmp);
+        self.metrics.sort_unstable_by(f64::total_cmp);
         let definition = sweep.definition();
         let [ok, saturated, locked_up, diverged, invalid] = self.counts;
-        let best = self.best.take().map(|(_, index, figures)| Best { index, values: sweep.values(index), figures });
+        let best = self.best.take().map(|(_, index, metrics)| Best { index, values: sweep.values(index), metrics });
         Outcome {
             scenario: definition.scenario.clone(),
             method: definition.method,
@@ -104,10 +104,10 @@ impl Tally {
             diverged,
             invalid,
             variables: definition.variables.iter().map(|variable| variable.key.clone()).collect(),
-            figures: definition.figures.clone(),
-            figure: self.figure.name().to_owned(),
+            metrics: definition.metrics.clone(),
+            metric: self.metric.name().to_owned(),
             best,
-            percentiles: percentiles(&self.figures),
+            percentiles: percentiles(&self.metrics),
         }
     }
 }

@@ -1,7 +1,7 @@
 //! What is drawn of a sweep, gathered while its points go by: no more than a plot can show.
 
 use super::definition::{Method, Sweep};
-use super::evaluate::{Figure, Status};
+use super::evaluate::{Metric, Status};
 use super::outcome::{Outcome, PERCENTILES};
 use super::variable::Value;
 use crate::report::{SweepAxis, SweepCell, SweepPicture, SweepPlot};
@@ -15,7 +15,7 @@ const MOST_ON_A_CURVE: u64 = 20_000;
 /// A plot in the making.
 #[derive(Debug)]
 pub(super) struct Sketch {
-    figure: Figure,
+    metric: Metric,
     plot: SweepPlot,
     /// Of so many points one is shown.
     stride: u64,
@@ -24,7 +24,7 @@ pub(super) struct Sketch {
 }
 
 impl Sketch {
-    pub(super) fn new(sweep: &Sweep, figure: Figure) -> Self {
+    pub(super) fn new(sweep: &Sweep, metric: Metric) -> Self {
         let definition = sweep.definition();
         let variables = &definition.variables;
         let own = sweep.own_values();
@@ -67,14 +67,14 @@ impl Sketch {
         if matches!(plot, SweepPlot::Scatter { .. }) {
             stride = definition.count.div_ceil(MOST_DOTS);
         }
-        Self { figure, plot, stride: stride.max(1), levels }
+        Self { metric, plot, stride: stride.max(1), levels }
     }
 
-    pub(super) fn push(&mut self, sweep: &Sweep, index: u64, values: &[Value], status: Status, figures: &[f64]) {
+    pub(super) fn push(&mut self, sweep: &Sweep, index: u64, values: &[Value], status: Status, metrics: &[f64]) {
         let cell = match status {
             Status::Ok | Status::Saturated => {
-                let figure = figures.get(self.figure.place()).filter(|figure| figure.is_finite());
-                figure.map_or(SweepCell::Missing, |figure| SweepCell::Figure(*figure))
+                let metric = metrics.get(self.metric.place()).filter(|metric| metric.is_finite());
+                metric.map_or(SweepCell::Missing, |metric| SweepCell::Metric(*metric))
             }
             Status::LockedUp => SweepCell::LockedUp,
             Status::Diverged | Status::Invalid => SweepCell::Missing,
@@ -102,33 +102,33 @@ impl Sketch {
         }
     }
 
-    /// The picture; `figures` are those of all points that have one, sorted.
+    /// The picture; `metrics` are those of all points that have one, sorted.
     pub(super) fn finish(
         mut self,
         sweep: &Sweep,
         outcome: &Outcome,
         best: Option<u64>,
-        figures: &[f64],
+        metrics: &[f64],
     ) -> SweepPicture {
         let numbers: Vec<f64> =
             best.map_or_else(Vec::new, |i| sweep.values(i).iter().filter_map(Value::number).collect());
-        let best_figure = outcome.best.as_ref().and_then(|best| best.figures.get(self.figure.place()).copied());
+        let best_metric = outcome.best.as_ref().and_then(|best| best.metrics.get(self.metric.place()).copied());
         match &mut self.plot {
             SweepPlot::Map { best, .. } | SweepPlot::Scatter { best, .. } => {
-                *best = best_figure.and_then(|figure| Some(([*numbers.first()?, *numbers.get(1)?], figure)));
+                *best = best_metric.and_then(|metric| Some(([*numbers.first()?, *numbers.get(1)?], metric)));
             }
             SweepPlot::Curve { best, points, .. } => {
-                *best = best_figure.and_then(|figure| Some((*numbers.first()?, figure)));
+                *best = best_metric.and_then(|metric| Some((*numbers.first()?, metric)));
                 points.sort_by(|a, b| a.0.total_cmp(&b.0));
             }
             SweepPlot::Histogram { values, percentiles } => {
-                *values = figures.iter().copied().filter(|figure| figure.is_finite()).collect();
+                *values = metrics.iter().copied().filter(|metric| metric.is_finite()).collect();
                 if let Some(found) = outcome.percentiles {
                     *percentiles = PERCENTILES.into_iter().zip(found).filter(|(percent, _)| *percent < 100).collect();
                 }
             }
         }
-        let mut facts = vec![match outcome.method {
+        let mut caption = vec![match outcome.method {
             Method::Grid => format!("{} points on a grid", outcome.points),
             Method::LatinHypercube => format!("{} points of a Latin hypercube", outcome.points),
             Method::Sobol => format!("{} points of a Sobol sequence", outcome.points),
@@ -140,15 +140,15 @@ impl Sketch {
             (outcome.diverged, "diverged"),
             (outcome.invalid, "invalid"),
         ];
-        facts.extend(counts.iter().filter(|(count, _)| *count > 0).map(|(count, what)| format!("{count} {what}")));
+        caption.extend(counts.iter().filter(|(count, _)| *count > 0).map(|(count, what)| format!("{count} {what}")));
         if self.stride > 1 {
-            facts.push(format!("every {}th is drawn", self.stride));
+            caption.push(format!("every {}th is drawn", self.stride));
         }
         SweepPicture {
             name: sweep.scenario().name.clone(),
-            facts: facts.join(", "),
-            figure: self.figure.title(),
-            unit: self.figure.unit(),
+            caption: caption.join(", "),
+            metric: self.metric.title(),
+            unit: self.metric.unit(),
             over: sweep.definition().variables.iter().map(|variable| variable.key.clone()).collect(),
             plot: self.plot,
         }

@@ -17,7 +17,7 @@ pub trait DesignSurface: Send + Sync {
     /// Where the cutter comes to rest with its axis on `(x, y)`: let down along Z until it first touches, its tip is at
     /// `z = max over the points Q of the surface under the cutter of Q_z - g(|Q_xy - (x, y)|)` with the profile `g`
     /// ([`Cutter::profile_mm`]). None where no point of the surface lies under the cutter.
-    fn rest(&self, cutter: &Cutter, x_mm: f64, y_mm: f64) -> Option<Rest>;
+    fn rest(&self, cutter: &Cutter, x_mm: f64, y_mm: f64) -> Option<ContactLocation>;
 }
 
 /// A highest point.
@@ -31,7 +31,7 @@ pub struct SurfaceTop {
 
 /// A cutter at rest on a surface.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Rest {
+pub struct ContactLocation {
     /// Height of the cutter's tip \[mm\].
     pub tip_z_mm: f64,
     /// Where it touches \[mm\].

@@ -12,7 +12,7 @@
 
 mod cutter;
 mod design;
-pub mod drop;
+pub mod drop_cutter;
 pub mod fit;
 pub mod guide;
 pub mod mesh;
@@ -20,4 +20,4 @@ pub mod plan;
 pub mod stepover;
 
 pub use cutter::{Cutter, CutterError};
-pub use design::{DesignSurface, Rest, SurfaceTop};
+pub use design::{ContactLocation, DesignSurface, SurfaceTop};

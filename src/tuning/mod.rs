@@ -4,18 +4,19 @@
 //! to be kept ([`Constraints`]). [`Tuning`] searches it from several starts on all cores. The cheap constraints come first: only gains whose
 //! loops keep their margins are simulated.
 
-mod findings;
 mod problem;
+mod report;
 mod runs;
 mod search;
 mod uncertainty;
 mod variable;
 
-pub use findings::{
-    AxisMargins, Check, DRAWN_PLANTS, Findings, GainFindings, SearchFacts, Side, Spread, changes, findings,
-};
 pub use problem::{Assessment, Constraint, Constraints, Objective, Problem, Violation};
-pub use runs::Figures;
+pub use report::{
+    AxisMargins, Check, DRAWN_PLANTS, GainSensitivity, GainSet, SearchMetadata, Statistics, TuningReport, changes,
+    report,
+};
+pub use runs::Metrics;
 pub use search::{Method, Progress, Trace, Tuned, Tuning};
 pub use uncertainty::Uncertainty;
 pub use variable::{Gain, Variable};

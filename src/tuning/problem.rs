@@ -7,7 +7,7 @@ use crate::scenario::Scenario;
 use crate::servo::{AxisParameters, ControllerKind};
 
 use super::TuningError;
-use super::runs::{Figures, Runs};
+use super::runs::{Metrics, Runs};
 use super::uncertainty::{Shares, Uncertainty};
 use super::variable::Variable;
 
@@ -27,12 +27,12 @@ pub enum Objective {
 
 impl Objective {
     /// Of one run.
-    pub fn of(self, figures: &Figures) -> f64 {
-        let voltage = figures.peak_voltage_v.iter().copied().fold(0.0, f64::max);
+    pub fn of(self, metrics: &Metrics) -> f64 {
+        let voltage = metrics.peak_voltage_v.iter().copied().fold(0.0, f64::max);
         match self {
-            Self::MaxContourError => figures.max_contour_error_um,
-            Self::RmsContourError => figures.rms_contour_error_um,
-            Self::Weighted { voltage_um_v } => figures.max_contour_error_um + voltage_um_v * voltage,
+            Self::MaxContourError => metrics.max_contour_error_um,
+            Self::RmsContourError => metrics.rms_contour_error_um,
+            Self::Weighted { voltage_um_v } => metrics.max_contour_error_um + voltage_um_v * voltage,
         }
     }
 }
@@ -123,7 +123,7 @@ pub struct Assessment {
     /// Margins of each axis.
     pub margins: [Margins; 2],
     /// The run; none where the loop is not stable enough to be worth one.
-    pub figures: Option<Figures>,
+    pub metrics: Option<Metrics>,
     /// Constraints that are broken.
     pub violations: Vec<Violation>,
     /// What the search compares.
@@ -133,7 +133,7 @@ pub struct Assessment {
 /// A scenario, what may be changed in it and what is asked of it.
 ///
 /// It is the models of the axes that are run and analysed: what their drives do beside that takes no part, see
-/// [`Findings::notes`](super::Findings::notes).
+/// [`TuningReport::notes`](super::TuningReport::notes).
 ///
 /// **Why the worst plants count.** A search that sees the nominal plants alone finds gains for which the errors of the two axes
 /// cancel along this very path: 0.1 µm, and twenty times as much when one plant is a little slower than the scenario says.
@@ -259,11 +259,11 @@ impl<'a> Problem<'a> {
     /// Everything about these axes.
     pub fn assess(&self, axes: [AxisParameters; 2]) -> Assessment {
         let (mut violations, margins) = self.loops(&axes);
-        let (figures, of_run, value) = self.run(&axes);
+        let (metrics, of_run, value) = self.run(&axes);
         let value = if violations.is_empty() { value } else { not_simulated(&violations) };
         violations.extend(of_run);
         let is_stable = margins.iter().all(|m| m.stable);
-        Assessment { axes, margins, figures: is_stable.then_some(figures), violations, value }
+        Assessment { axes, margins, metrics: is_stable.then_some(metrics), violations, value }
     }
 
     /// What the loops break, without a run: cheap.
@@ -299,12 +299,12 @@ impl<'a> Problem<'a> {
     }
 
     /// The nominal run, what it breaks, and its value.
-    fn run(&self, axes: &[AxisParameters; 2]) -> (Figures, Vec<Violation>, Value) {
+    fn run(&self, axes: &[AxisParameters; 2]) -> (Metrics, Vec<Violation>, Value) {
         let uncertainty = &self.constraints.uncertainty;
         let corners = self.corners.iter().map(|shares| uncertainty.moved(axes, shares));
         let plants: Vec<[AxisParameters; 2]> = std::iter::once(*axes).chain(corners).collect();
         let runs = self.runs.of(&plants);
-        let nominal = runs.first().copied().unwrap_or(Figures::LOST);
+        let nominal = runs.first().copied().unwrap_or(Metrics::LOST);
         let mut violations = Vec::new();
         let mut broken = |constraint, value, by| {
             violations.push(Violation { constraint, axis: None, value, limit: 0.0, by });

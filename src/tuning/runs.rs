@@ -9,11 +9,11 @@ use crate::interpolator::{Interpolator, periods};
 use crate::optimize::Random;
 use crate::scenario::Scenario;
 use crate::servo::{AxisLoop, AxisParameters, LockupWatch, LoopSettings};
-use crate::simulation::{Course, RunFigures, SimulationError};
+use crate::simulation::{ReferenceTrajectory, RunMetrics, SimulationError};
 
-/// The figures of one run.
+/// The metrics of one run.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
-pub struct Figures {
+pub struct Metrics {
     /// Largest contouring error, either side \[µm\].
     pub max_contour_error_um: f64,
     /// Its root mean square \[µm\].
@@ -30,7 +30,7 @@ pub struct Figures {
     pub locked_up: bool,
 }
 
-impl Figures {
+impl Metrics {
     /// Of a run that diverged.
     pub(super) const LOST: Self = Self {
         max_contour_error_um: f64::INFINITY,
@@ -44,7 +44,7 @@ impl Figures {
 }
 
 /// A scenario that is run with many sets of axes.
-pub(super) struct Runs<'a>(Course<'a, 2>);
+pub(super) struct Runs<'a>(ReferenceTrajectory<'a, 2>);
 
 impl fmt::Debug for Runs<'_> {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
@@ -54,9 +54,9 @@ impl fmt::Debug for Runs<'_> {
 
 impl<'a> Runs<'a> {
     pub(super) fn new(scenario: &'a Scenario) -> Result<Self, SimulationError> {
-        // The course knows nothing of the axes.
+        // The trajectory knows nothing of the axes.
         scenario.simulation()?;
-        scenario.course().map(Self)
+        scenario.reference_trajectory().map(Self)
     }
 
     /// Control periods of a run.
@@ -65,17 +65,17 @@ impl<'a> Runs<'a> {
     }
 
     /// One run with each of these axes.
-    pub(super) fn of(&self, axes: &[[AxisParameters; 2]]) -> Vec<Figures> {
+    pub(super) fn of(&self, axes: &[[AxisParameters; 2]]) -> Vec<Metrics> {
         match self.0.run(axes) {
-            Ok(runs) => runs.iter().map(Figures::from).collect(),
+            Ok(runs) => runs.iter().map(Metrics::from).collect(),
             // A gain beyond what is simulated at all: the bounds of a variable keep out of there.
-            Err(_) => vec![Figures::LOST; axes.len()],
+            Err(_) => vec![Metrics::LOST; axes.len()],
         }
     }
 }
 
-impl From<&RunFigures<2>> for Figures {
-    fn from(run: &RunFigures<2>) -> Self {
+impl From<&RunMetrics<2>> for Metrics {
+    fn from(run: &RunMetrics<2>) -> Self {
         if !(run.max_contour_error_um.is_finite() && run.rms_contour_error_um.is_finite()) {
             return Self::LOST;
         }
@@ -93,7 +93,7 @@ impl From<&RunFigures<2>> for Figures {
 
 /// Runs the scenario with these axes and multiplicative noise on the voltage: every sample's voltage reaches the plant
 /// multiplied by `1 + share z` with `z` standard normal, on every axis by itself.
-pub(super) fn noisy(scenario: &Scenario, axes: &[AxisParameters; 2], share: f64, seed: u64) -> Option<Figures> {
+pub(super) fn noisy(scenario: &Scenario, axes: &[AxisParameters; 2], share: f64, seed: u64) -> Option<Metrics> {
     let LoopSettings { period_s, settling_s, .. } = scenario.settings;
     let mut interpolator = Interpolator::new(&*scenario.path, &scenario.motion, period_s);
     let last = interpolator.last_sample().saturating_add(periods(settling_s, period_s));
@@ -127,7 +127,7 @@ pub(super) fn noisy(scenario: &Scenario, axes: &[AxisParameters; 2], share: f64,
         saturated += u64::from(is_saturated);
     }
     let samples = (last + 1) as f64;
-    Some(Figures {
+    Some(Metrics {
         max_contour_error_um: contour.0,
         rms_contour_error_um: (contour.1 / samples).sqrt(),
         max_tracking_error_um: tracking.0,

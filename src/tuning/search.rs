@@ -37,9 +37,9 @@ impl Method {
 pub struct Tuning {
     /// Which search.
     pub method: Method,
-    /// From how many points; the first are the scenario's own gains, the others are drawn between the bounds.
+    /// From how many points; the first are the scenario's own gains, the others are sampled between the bounds.
     pub starts: usize,
-    /// Seed of everything that is drawn.
+    /// Seed of everything that is sampled.
     pub seed: u64,
     /// About how many gain sets are evaluated in all.
     pub budget: usize,

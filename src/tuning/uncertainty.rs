@@ -107,8 +107,8 @@ impl Uncertainty {
             .collect()
     }
 
-    /// The axes with `count` plants drawn from the box, uniformly; the same for the same seed, whatever the gains.
-    pub fn drawn(&self, axes: &[AxisParameters; 2], count: usize, seed: u64) -> Vec<[AxisParameters; 2]> {
+    /// The axes with `count` plants sampled from the box, uniformly; the same for the same seed, whatever the gains.
+    pub fn sampled(&self, axes: &[AxisParameters; 2], count: usize, seed: u64) -> Vec<[AxisParameters; 2]> {
         let mut random = Random::new(seed);
         (0..count).map(|_| self.moved(axes, &[(); 4].map(|()| random.between(-1.0, 1.0)))).collect()
     }

@@ -152,7 +152,7 @@ fn bad_input_is_told() {
     folder.servosim("analyze alpha --plots pdf").assert().code(2).stderr(contains("svg, png, none"));
     folder.write("file", "");
     let blocked = folder.servosim("analyze alpha --output file").assert().code(2);
-    // The figures come all the same.
+    // The metrics come all the same.
     blocked.stdout(contains("phase margin")).stderr(contains("it is a file, not a folder"));
     fs::create_dir_all(folder.path("out/alpha-bode.svg")).unwrap();
     folder.servosim("analyze alpha --output out").assert().code(1).stderr(contains("cannot write out/alpha-bode.svg"));
@@ -177,7 +177,7 @@ fn a_drive_as_it_is_is_analysed_as_it_is() {
         .assert()
         .success()
         .stdout(contains("X and Y: in the loop: mismatch, delay of 0.3 samples, current loop, two masses\n"))
-        .stdout(contains("X and Y: left out, not linear: counts of the encoder, noise, converter, friction, backlash"));
+        .stdout(contains("X and Y: left out, not linear: counts of the encoder, noise, DAC, friction, backlash"));
     let svg = fs::read_to_string(folder.path("output/alpha-real-bode.svg")).unwrap();
     assert!(svg.contains("With mismatch, delay of 0.3 samples, current loop, two masses"));
     // Another controller is another loop.

@@ -29,7 +29,7 @@ fn line_scenario(feed_mm_s: f64) -> String {
 #[test]
 fn run_prints_the_figures_of_the_paper() {
     let folder = Folder::new();
-    for (name, figures) in [
+    for (name, metrics) in [
         (
             "alpha.toml",
             ["99.941551 mm", "1.099416 s", "27.027 µm", "176.88  µm", "3.511 V", "27.027 of 30, 9.9 % to spare"],
@@ -41,7 +41,7 @@ fn run_prints_the_figures_of_the_paper() {
     ] {
         let mut assert =
             folder.servosim(&format!("run {name}")).assert().success().stderr(starts_with("wrote output/"));
-        for figure in figures {
+        for figure in metrics {
             assert = assert.stdout(contains(figure));
         }
         assert.stdout(contains("kept").and(contains("BROKEN").not()));
@@ -465,7 +465,7 @@ fn an_interrupt_ends_the_run_after_a_whole_period() {
         let stderr = String::from_utf8_lossy(&output.stderr);
         assert_eq!(output.status.code(), Some(1), "{stderr}");
         assert!(stderr.contains("interrupted at t = "), "{stderr}");
-        // The figures until then are there, and say that they are not all.
+        // The metrics until then are there, and say that they are not all.
         let summary: Summary = serde_json::from_slice(&output.stdout).unwrap();
         assert!(!summary.complete && summary.samples > 0 && summary.samples < 99_000_000);
     }

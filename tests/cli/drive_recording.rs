@@ -1,4 +1,4 @@
-//! What real drives tell, as a user finds it in the recording and in its CSV; and that models leave nothing of it.
+//! The drive signals, as a user finds it in the recording and in its CSV; and that models leave nothing of it.
 
 use std::collections::HashMap;
 use std::fs;
@@ -8,9 +8,9 @@ use crate::common::folder::Folder;
 use predicates::prelude::PredicateBooleanExt;
 use predicates::str::contains;
 use servosim::limits::Limits;
-use servosim::machining::{Machine, ProgramFacts, ProgramRun};
+use servosim::machining::{Machine, ProgramRun, ProgramStatistics};
 use servosim::nc::{Reader, Reading};
-use servosim::recording::{DriveSignals, Facts, Recorder, Recording, Sample, csv};
+use servosim::recording::{DriveSignals, Recorder, Recording, RecordingMetadata, Sample, csv};
 use servosim::scenario::{Document, Scenario};
 use servosim::servo::DriveSignals as Told;
 use servosim::simulation::{Observer, Period};
@@ -228,7 +228,7 @@ fn validates_what_drives_tell_comes_back_bit_for_bit() {
 fn record(settling_s: f64) -> Vec<u8> {
     let mut scenario = Scenario::builtin("alpha-real").unwrap();
     scenario.settings.settling_s = settling_s;
-    let mut recorder = Recorder::new(Vec::new(), Facts::new("real", "")).unwrap();
+    let mut recorder = Recorder::new(Vec::new(), RecordingMetadata::new("real", "")).unwrap();
     let mut summary = SummaryObserver::<2>::new("real");
     scenario.run(&mut [&mut summary, &mut recorder]).unwrap();
     recorder.finish(&summary.summary()).unwrap().writer
@@ -316,7 +316,7 @@ fn a_run_in_which_the_drives_fall_silent_is_refused() {
     let scenario = Scenario::builtin("alpha-real").unwrap();
     let stop = std::sync::atomic::AtomicBool::new(true);
     for first in [true, false] {
-        let mut recorder = Recorder::new(Vec::new(), Facts::new("odd", "")).unwrap();
+        let mut recorder = Recorder::new(Vec::new(), RecordingMetadata::new("odd", "")).unwrap();
         let run = if first { scenario.clone() } else { scenario.model() };
         run.simulation().unwrap().run(&Limits::default(), Some(&stop), &mut [&mut recorder]).unwrap();
         let mut periods = scenario.simulation().unwrap().skip(1);
@@ -345,14 +345,14 @@ fn the_three_drives_of_a_program_are_recorded() {
         corner_velocity_step_mm_s: 5.0,
     };
     let blocks = || Reader::new(PART.as_bytes(), "part.nc", Reading::default());
-    let facts = ProgramFacts::of(blocks(), &machine).unwrap();
+    let metadata = ProgramStatistics::of(blocks(), &machine).unwrap();
     let drives = [drive_x.clone(), drive_y, drive_x];
-    let mut recorder = Recorder::new(Vec::new(), Facts::new("part", "")).unwrap();
+    let mut recorder = Recorder::new(Vec::new(), RecordingMetadata::new("part", "")).unwrap();
     let mut summary = SummaryObserver::<3>::new("part");
     let mut told = Vec::new();
     let mut note = |period: &Period<3>| told.push(period.drives.unwrap());
     let run = ProgramRun::with_drives(blocks(), &machine, Some((&drives, None))).unwrap();
-    run.run(&facts, &Limits::default(), None, &mut [&mut summary, &mut recorder, &mut note]).unwrap();
+    run.run(&metadata, &Limits::default(), None, &mut [&mut summary, &mut recorder, &mut note]).unwrap();
     let bytes = recorder.finish(&summary.summary()).unwrap().writer;
     let (recording, samples) = read(&bytes);
     assert!(recording.drives && recording.axes == 3 && recording.complete);

@@ -1,4 +1,4 @@
-//! Drives as they are, from the scenario file to the table of `servosim compare`.
+//! Detailed drives, from the scenario file to the table of `servosim compare`.
 
 use std::fs;
 use std::sync::atomic::AtomicBool;
@@ -59,7 +59,7 @@ fn every_effect_of_alpha_real_counts_and_the_table_names_it() {
     assert_eq!(
         names,
         [
-            "model alone",
+            "ideal model",
             "mismatch",
             "encoder",
             "noise",
@@ -73,7 +73,7 @@ fn every_effect_of_alpha_real_counts_and_the_table_names_it() {
             "ripple",
             "force",
             "all effects",
-            "with remedies"
+            "with compensation"
         ]
     );
     let rms: Vec<f64> = comparison.lines.iter().map(|line| line.runs[0].unwrap().rms_contour_error_um).collect();
@@ -90,7 +90,7 @@ fn every_effect_of_alpha_real_counts_and_the_table_names_it() {
 #[test]
 fn zero_phase_tracking_takes_the_lag_away() {
     let plain = Scenario::builtin("alpha").unwrap().run(&mut []).unwrap();
-    let tracking = on_both("[axes.@.remedies]\nzero_phase = true").run(&mut []).unwrap();
+    let tracking = on_both("[axes.@.compensation]\nzero_phase = true").run(&mut []).unwrap();
     assert!(tracking.max_tracking_error_um < 0.05 * plain.max_tracking_error_um, "{tracking:?}");
     assert!(tracking.max_contour_error_um < 0.05 * plain.max_contour_error_um, "{tracking:?}");
 }
@@ -128,8 +128,8 @@ fn bad_values_are_told_where_they_are() {
         ("[axes.y.effects.friction.coulomb]\ncoulomb_nm = 0.2\nstatic_nm = 0.1", "never sticks", "0.1"),
         ("[axes.x.effects.friction.coulomb]\ncoulomb_nm = 0.2\nstatic_nm = 100", "never slip", "100"),
         ("[axes.x.effects.friction.lu_gre]\ncoulomb_nm = 0.2\nstiffness_nm_rad = 0", "stiffness_nm_rad = 0", "= 0"),
-        ("[axes.x.remedies.notch]\nfrequency_hz = 600", "Nyquist", "600"),
-        ("[axes.x.remedies.low_pass]\nfrequency_hz = 500", "Nyquist", "500"),
+        ("[axes.x.compensation.notch]\nfrequency_hz = 600", "Nyquist", "600"),
+        ("[axes.x.compensation.low_pass]\nfrequency_hz = 500", "Nyquist", "500"),
         ("[axes.x.effects.encoder]\nvelocity = \"observer\"\nvelocity_hz = 400", "observer is unstable", "400"),
         ("[axes.x.effects.delay]\nsamples = 2000", "no drive computes for longer", "2000"),
         ("[axes.x.effects.dac]\nbits = 1", "from 2 to 32", "1"),
@@ -141,7 +141,7 @@ fn bad_values_are_told_where_they_are() {
         ("[axes.x.effects.mismatch]\ngain_factor = 0", "gain_factor = 0", "0"),
         ("[axes.x.effects.current_loop]\nbandwidth_hz = -3", "bandwidth_hz", "-3"),
         ("[axes.x.controller.pid]\nfilter_hz = 0", "filter_hz = 0", "0"),
-        ("[axes.x.controller.p_pi]\n[axes.x.remedies]\nzero_phase = true", "undoes the PDFF loop", "true"),
+        ("[axes.x.controller.p_pi]\n[axes.x.compensation]\nzero_phase = true", "undoes the PDFF loop", "true"),
         ("[control.cross_coupling]\nproportional = -1", "proportional = -1", "-1"),
         ("[axes.x.effects.fricton]\ngap_um = 1", "fricton", "fricton"),
         ("[axes.x.effects.friction]\nkind = \"coulomb\"\ncoulomb_nm = 0.2", "unknown key `kind`", "kind"),
@@ -161,13 +161,13 @@ fn bad_values_are_told_where_they_are() {
         ),
         ("[axes.x.effects.encoder]\nvelocity = \"low_pass\"\nvelocity_hz = 2000", "at most 500 Hz", "2000"),
         ("[axes.x.controller.pid]\nfilter_hz = 900", "at most 500 Hz", "900"),
-        ("[axes.x.remedies.notch]\nfrequency_hz = 499", "below 499 Hz", "499"),
+        ("[axes.x.compensation.notch]\nfrequency_hz = 499", "below 499 Hz", "499"),
         ("[axes.x.effects.delay]\nsamples = 17", "samples = 17 is out of range", "17"),
         ("[axes.x.effects.dac]\nbits = 40", "bits = 40 is out of range", "40"),
         ("[axes.x.effects.pitch]\npoints_mm_um = [\n[0, 0],\n[5, 1],\n[-5, 2]]", "point 3 is at -5 mm", "[-5, 2]"),
         ("[axes.x.effects.pitch]\npoints_mm_um = [[0, 0], [5, nan]]", "`points_mm_um` holds NaN", "nan"),
         ("[axes.x.effects.pitch]\npoints_mm_um = [[0, 0], [5]]", "a place in mm and an error in µm", "[5]"),
-        ("[axes.x.remedies.pitch]\npoints_mm_um = [[0, 0], [5, 20000]]", "points_mm_um = 20000", "20000"),
+        ("[axes.x.compensation.pitch]\npoints_mm_um = [[0, 0], [5, 20000]]", "points_mm_um = 20000", "20000"),
         ("[axes.x.effects.force.over_time]\npoints_s_n = [[0, 1, 2]]", "a time in s and a force in N", "[0, 1, 2]"),
         ("[axes.x.effects.force.over_time]\npoints_s_n = [[0, 1], [1, 2]]\nperiod_s = 0.5", "period_s = 0.5", "0.5"),
         (
@@ -213,7 +213,7 @@ fn apart_um(a: &Scenario, b: &Scenario) -> f64 {
 /// As a user checks that it is fine enough: half the step moves the largest error by less than 1 nm.
 #[test]
 fn validates_half_the_step_on_alpha_real() {
-    // Counts and converter turn less than a nanometre into a whole count: without them.
+    // Counts and DAC turn less than a nanometre into a whole count: without them.
     let exact = ["encoder.resolution_um=0", "noise.rms_um=0", "dac.bits=32"];
     let real = |settings: &[&str]| {
         let mut document = Document::builtin("alpha-real").unwrap();
@@ -278,7 +278,7 @@ fn the_difference_from_the_model_is_told_beside_the_error() {
     let apart = errors[0].iter().zip(&errors[1]).map(|(a, b)| (a - b).norm()).fold(0.0, f64::max);
     let told: Vec<Option<f64>> = comparison.lines.iter().map(|line| line.runs[0].unwrap().from_model_um).collect();
     assert_eq!(told, [Some(0.0), Some(apart)]);
-    // A play of 4 µm moves the table by about 2.
+    // A backlash of 4 µm moves the table by about 2.
     assert!(apart > 1.0 && apart < 6.0, "{apart}");
     // Stopped before it began, there is none.
     assert_eq!(Comparison::until(&AtomicBool::new(true), &on_both(""), &[Column::Own]).unwrap(), None);
@@ -311,7 +311,7 @@ fn compare_as_a_user_types_it() {
         .assert()
         .code(0)
         .stdout(contains("max contouring error"))
-        .stdout(contains("with remedies"));
+        .stdout(contains("with compensation"));
     folder.servosim("compare alpha --controllers pdff,cascade --output out").assert().code(0);
     for file in ["alpha-pdff.mcap", "alpha-cascade.mcap", "alpha-compared-contour.svg"] {
         assert!(folder.path(&format!("out/{file}")).is_file(), "{file}");
@@ -327,15 +327,15 @@ fn compare_as_a_user_types_it() {
         .servosim("compare alpha --set limits.contour_error_um=20 --plots none")
         .assert()
         .code(3)
-        .stdout(contains("as it is: breaks a limit of the scenario (model alone)").and(contains("nothing to compare")));
+        .stdout(contains("as it is: breaks a limit of the scenario (ideal model)").and(contains("nothing to compare")));
     folder
-        .servosim("compare alpha --controllers pdff,cascade --plots none --set axes.x.remedies.zero_phase=true")
+        .servosim("compare alpha --controllers pdff,cascade --plots none --set axes.x.compensation.zero_phase=true")
         .assert()
         .stdout(contains("cascade: without the zero-phase tracking of x"));
     folder.servosim("compare alpha --controllers pidd").assert().code(2).stderr(contains("pid"));
     folder.servosim("compare alpha-real --format json --plots none").assert().code(0).stdout(contains("\"lines\""));
     folder.servosim("run alpha-real --plots none").assert().code(0).stdout(contains("backlash"));
-    folder.servosim("run alpha --plots none").assert().code(0).stdout(contains("model alone").not());
+    folder.servosim("run alpha --plots none").assert().code(0).stdout(contains("ideal model").not());
     folder
         .servosim("run alpha --set axes.x.effects.backlash.gap_um=5 --plots none")
         .assert()

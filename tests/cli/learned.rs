@@ -16,8 +16,8 @@ fn json(folder: &Folder, command: &str, code: i32) -> Value {
     serde_json::from_slice(&out.stdout).unwrap()
 }
 
-/// Figures of a run that `learn` prints too.
-const FIGURES: [&str; 5] = [
+/// Metrics of a run that `learn` prints too.
+const METRICS: [&str; 5] = [
     "max_contour_error_um",
     "rms_contour_error_um",
     "max_tracking_error_um",
@@ -28,7 +28,7 @@ const FIGURES: [&str; 5] = [
 /// The best run of `learn` and a run from the file that it wrote: the same bits.
 fn assert_same(learned: &Value, run: &Value) {
     let best = &learned["runs"][usize::try_from(learned["best_run"].as_u64().unwrap()).unwrap() - 1];
-    for name in FIGURES {
+    for name in METRICS {
         assert_eq!(best[name].as_f64().unwrap().to_bits(), run[name].as_f64().unwrap().to_bits(), "{name}");
     }
 }
@@ -38,8 +38,8 @@ fn validates_a_run_from_the_file_against_the_best_run_of_learn() {
     let folder = Folder::new();
     for scenario in [
         "alpha",
-        // A drive as it is, that looks ahead too. (Without noise, which is another one in every run.)
-        "alpha --set axes.x.effects.backlash.gap_um=3 --set axes.y.remedies.zero_phase=true \
+        // a detailed drive, that looks ahead too. (Without noise, which is another one in every run.)
+        "alpha --set axes.x.effects.backlash.gap_um=3 --set axes.y.compensation.zero_phase=true \
          --set axes.x.effects.friction.coulomb.coulomb_nm=0.1",
     ] {
         let learned = json(&folder, &format!("learn {scenario} --runs 4"), 0);
@@ -71,7 +71,7 @@ fn the_file_is_seen_from_the_folder_of_the_scenario() {
         .servosim("run mine --plots none")
         .assert()
         .code(0)
-        .stdout(contains("model alone").and(contains("with remedies")));
+        .stdout(contains("ideal model").and(contains("with compensation")));
     folder.servosim("test scenarios").assert().code(0);
     folder.servosim("compare mine --controllers pdff,p-pi --plots none").assert().stdout(contains(
         "every column has the learned corrections, which belong to the gains that they were learned with",
@@ -98,7 +98,7 @@ fn learning_goes_on_from_what_was_learned() {
     // Runs 3, 4 and 5 of one learning, to the bit.
     let whole = json(&folder, "learn alpha --runs 5 --output whole", 0);
     for (of_more, of_whole) in [(0, 2), (1, 3), (2, 4)] {
-        for name in FIGURES {
+        for name in METRICS {
             assert_eq!(more["runs"][of_more][name], whole["runs"][of_whole][name], "{name}");
         }
     }
@@ -187,7 +187,7 @@ fn a_sweep_runs_with_it_and_knows_its_content() {
     };
     let error = run["max_contour_error_um"].as_f64().unwrap();
     assert!(row("swept").contains(&error.to_string()), "{} {error}", row("swept"));
-    // Where the run becomes another one there are no figures.
+    // Where the run becomes another one there are no metrics.
     folder
         .servosim(&format!("sweep {with} --vary feedrate.feed_mm_s=100,120 --plots none --output feeds"))
         .assert()

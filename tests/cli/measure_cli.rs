@@ -107,7 +107,7 @@ fn what_takes_no_part_is_told() {
         .stdout(alone.clone());
     folder.servosim(&format!("measure circle {coupled} --plots none")).assert().code(0).stdout(alone.clone().not());
     folder.servosim("measure step alpha --plots none").assert().code(0).stdout(alone.not());
-    // The circle has it: it is rounder, and its figures are others.
+    // The circle has it: it is rounder, and its metrics are others.
     let deviation =
         |scenario: &str| json(&folder, &format!("measure circle {scenario}"), 0)["mean_radial_deviation_um"].clone();
     let (with, without) = (deviation(coupled), deviation("alpha"));

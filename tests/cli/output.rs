@@ -91,7 +91,7 @@ fn the_same_run_gives_the_same_bytes_on_any_number_of_cores() {
 #[test]
 fn regression_the_recordings_of_the_built_in_scenarios() {
     // The very bytes, in every profile and on every machine: no operation depends on the compiler, the C library or the
-    // number of cores. A change here is a change of the recording or of the figures: say so in the changelog.
+    // number of cores. A change here is a change of the recording or of the metrics: say so in the changelog.
     let folder = Folder::new();
     let mut hashes = Vec::new();
     for name in ["alpha", "heart", "star"] {

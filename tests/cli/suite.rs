@@ -106,7 +106,7 @@ fn json_is_exactly_one_object() {
     assert_eq!(scenarios[1]["limits"][0]["kept"], false);
     assert!(scenarios[2]["lockup"].as_str().unwrap().contains("axis y locked up"));
     assert!(scenarios[3]["error"].as_str().unwrap().contains("unknown key `fed_mm_s`"));
-    // The same figures as a run.
+    // The same metrics as a run.
     let run = folder.servosim("run alpha --format json --plots none --quiet").output().unwrap();
     let run: Value = serde_json::from_slice(&run.stdout).unwrap();
     assert_eq!(scenarios[0]["limits"], run["limits"]);

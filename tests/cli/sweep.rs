@@ -1,4 +1,4 @@
-//! Sweeps: where the points lie, what the figures are, tables, pictures and the command line.
+//! Sweeps: where the points lie, what the metrics are, tables, pictures and the command line.
 
 use std::fs;
 use std::ops::Range;
@@ -12,7 +12,7 @@ use predicates::str::contains;
 use servosim::analysis::DriveLoop;
 use servosim::report::{Format, SweepAxis, SweepCell, SweepPicture, SweepPlot};
 use servosim::servo::effects::Delay;
-use servosim::sweep::{Figure, Method, Plan, Session, Shard, Status, Sweep, SweepError, export};
+use servosim::sweep::{Method, Metric, Plan, Session, Shard, Status, Sweep, SweepError, export};
 
 #[test]
 fn validates_grid_points_against_closed_forms() {
@@ -158,7 +158,7 @@ fn validates_figures_against_single_runs() {
                 ("peak_voltage_y_v", summary.axes[1].peak_voltage_v),
                 ("saturated_share", summary.saturated_share),
             ] {
-                let ours = rows.figure(place, name);
+                let ours = rows.metric(place, name);
                 let tolerance = if name.contains("contour") { 1e-3 } else { 1e-9 * value.max(1.0) };
                 assert!((ours - value).abs() <= tolerance, "{vary:?} {index} {name}: {ours}, {value}");
             }
@@ -194,7 +194,7 @@ fn margins_are_those_of_the_analysis() {
                 (format!("phase_margin_{axis}_deg"), margins.phase_margin_deg),
                 (format!("delay_margin_{axis}_s"), margins.delay_margin_s),
             ] {
-                let ours = rows.figure(place, &name);
+                let ours = rows.metric(place, &name);
                 let fits = if place % 2 == 0 { ours.is_nan() } else { ours == value };
                 assert!(fits, "{place} {name}: {ours}, {value}");
             }
@@ -204,10 +204,10 @@ fn margins_are_those_of_the_analysis() {
     // They pass through the journal into the tables, an infinite one too; and the best of a margin is the largest.
     let session = Session::open(&sweep, folder.path(), Shard::WHOLE, false, Some(3)).unwrap();
     let journals = [session.compute(None, &mut |_| {}).unwrap()];
-    let figure = Figure::find("delay_margin_x_s").unwrap();
-    let best = export(&sweep, &journals, folder.path(), figure, None).unwrap().outcome.best.unwrap();
-    let largest = (0..8).map(|place| rows.figure(place, figure.name())).fold(0.0, f64::max);
-    assert_eq!(best.figures[15], largest);
+    let metric = Metric::find("delay_margin_x_s").unwrap();
+    let best = export(&sweep, &journals, folder.path(), metric, None).unwrap().outcome.best.unwrap();
+    let largest = (0..8).map(|place| rows.metric(place, metric.name())).fold(0.0, f64::max);
+    assert_eq!(best.metrics[15], largest);
     let csv = String::from_utf8(tables(folder.path(), "line")[0].clone()).unwrap();
     assert!(
         csv.lines().next().unwrap().ends_with("delay_margin_x_s,delay_margin_y_s") && csv.contains(",inf,"),
@@ -215,11 +215,11 @@ fn margins_are_those_of_the_analysis() {
     );
     // A sweep without them has no such column.
     let without = grid(&line(), &vary);
-    let error = export(&without, &journals, folder.path(), figure, None).unwrap_err().to_string();
+    let error = export(&without, &journals, folder.path(), metric, None).unwrap_err().to_string();
     assert!(error.contains("without margins"), "{error}");
 }
 
-/// Of a drive that is more than its model, margins and stability are those of the drive as it is.
+/// Of a drive that is more than its model, margins and stability are those of the detailed drive model.
 #[test]
 fn margins_of_a_drive_as_it_is_are_those_of_its_analysis() {
     let mut document = alpha();
@@ -244,18 +244,18 @@ fn margins_of_a_drive_as_it_is_are_those_of_its_analysis() {
                 (format!("phase_margin_{axis}_deg"), margins.phase_margin_deg),
                 (format!("delay_margin_{axis}_s"), margins.delay_margin_s),
             ] {
-                assert_eq!(rows.figure(place, &name).to_bits(), value.to_bits(), "{place} {name}");
+                assert_eq!(rows.metric(place, &name).to_bits(), value.to_bits(), "{place} {name}");
             }
         }
         // The other axis is its model.
         let model = servosim::analysis::margins(&scenario.axes[1], &scenario.settings);
-        assert_eq!(rows.figure(place, "peak_sensitivity_y"), model.peak_sensitivity);
+        assert_eq!(rows.metric(place, "peak_sensitivity_y"), model.peak_sensitivity);
         assert_eq!(sweep.is_stable(place as u64), own.iter().all(|margins| margins.stable));
         stable.push(own[0].stable);
     }
-    // The model alone is stable with the gain in the middle, and would call its delay margin one.
+    // The ideal model is stable with the gain in the middle, and would call its delay margin one.
     assert!(stable.contains(&true) && stable.contains(&false), "{stable:?}");
-    assert!(rows.figure(2, "delay_margin_x_s") > rows.figure(3, "delay_margin_x_s") + 0.5e-3);
+    assert!(rows.metric(2, "delay_margin_x_s") > rows.metric(3, "delay_margin_x_s") + 0.5e-3);
 }
 
 /// kpp = 100 with kpv = 0.25 has poles at 1.001, which do not grow much in a second: its error is the smallest of all.
@@ -266,7 +266,7 @@ fn regression_the_best_point_has_stable_loops() {
     assert_eq!((sweep.is_stable(0), sweep.is_stable(1)), (false, true));
     let rows = sweep.evaluate(0..2, None).unwrap();
     assert_eq!(rows.status, [Status::Ok; 2]);
-    assert!(rows.figure(0, "max_contour_error_um") < rows.figure(1, "max_contour_error_um"));
+    assert!(rows.metric(0, "max_contour_error_um") < rows.metric(1, "max_contour_error_um"));
     assert_eq!(computed(&sweep, folder.path(), 2).outcome.best.unwrap().index, 1);
 }
 
@@ -276,7 +276,7 @@ fn points_do_not_depend_on_the_range_they_are_computed_in() {
     let sweep = Sweep::new(&line(), &vary, &plan(Method::Sobol, 200, 3)).unwrap();
     let all = sweep.evaluate(0..200, None).unwrap();
     assert!(all.status.contains(&Status::Invalid) && all.status.contains(&Status::Ok));
-    let bits = |figures: &[f64]| figures.iter().map(|figure| figure.to_bits()).collect::<Vec<_>>();
+    let bits = |metrics: &[f64]| metrics.iter().map(|metric| metric.to_bits()).collect::<Vec<_>>();
     let ranges: [Range<u64>; 4] = [0..1, 7..60, 60..137, 199..500];
     for range in ranges {
         let some = sweep.evaluate(range.clone(), None).unwrap();
@@ -284,7 +284,7 @@ fn points_do_not_depend_on_the_range_they_are_computed_in() {
         for place in 0..some.len() {
             let index = place + usize::try_from(range.start).unwrap();
             assert_eq!(some.status[place], all.status[index]);
-            assert_eq!(bits(some.figures_of(place)), bits(all.figures_of(index)));
+            assert_eq!(bits(some.metrics_of(place)), bits(all.metrics_of(index)));
         }
     }
 }
@@ -304,7 +304,7 @@ fn a_point_that_makes_no_scenario_is_a_row() {
     let sweep = grid(&line(), &["axes.x.pdff.kpp=-2,-1"]);
     let session = Session::open(&sweep, folder.path(), Shard::WHOLE, true, None).unwrap();
     let journal = session.compute(None, &mut |_| {}).unwrap();
-    let error = export(&sweep, &[journal], folder.path(), Figure::MAX_CONTOUR_ERROR, None).unwrap_err().to_string();
+    let error = export(&sweep, &[journal], folder.path(), Metric::MAX_CONTOUR_ERROR, None).unwrap_err().to_string();
     assert!(error.contains("none of the 2 points can be run") && error.contains("kpp = -2"), "{error}");
 }
 
@@ -451,7 +451,7 @@ fn a_sweep_on_the_command_line_tells_what_came_of_it() {
     ] {
         assert!(svg.contains(text), "{text}");
     }
-    // The same again, as JSON; another figure; one variable; Monte Carlo.
+    // The same again, as JSON; another metric; one variable; Monte Carlo.
     let command =
         "sweep alpha --vary axes.x.pdff.kpp=60:140:5 --format json --quiet --plots none --figure peak_voltage_x_v";
     let output = folder.servosim(command).assert().success().stderr("").get_output().clone();
@@ -484,8 +484,8 @@ fn a_sweep_on_the_command_line_tells_what_came_of_it() {
 #[test]
 fn every_picture_can_be_drawn() {
     let axis = |logarithmic| SweepAxis { title: "a <key> & more".to_owned(), logarithmic };
-    let (good, locked, missing) = (SweepCell::Figure(3.0), SweepCell::LockedUp, SweepCell::Missing);
-    let huge = [SweepCell::Figure(1e300), SweepCell::Figure(1e-300), SweepCell::Figure(0.0), SweepCell::Figure(-2.0)];
+    let (good, locked, missing) = (SweepCell::Metric(3.0), SweepCell::LockedUp, SweepCell::Missing);
+    let huge = [SweepCell::Metric(1e300), SweepCell::Metric(1e-300), SweepCell::Metric(0.0), SweepCell::Metric(-2.0)];
     let map = |cells: [SweepCell; 4], logarithmic, own, best| SweepPlot::Map {
         axes: [axis(logarithmic), axis(false)],
         edges: [vec![0.5, 1.5, 2.5], vec![-1.0, 0.0, 1e-9]],
@@ -516,7 +516,7 @@ fn every_picture_can_be_drawn() {
         (map(huge, false, None, None), "a cell shows the worst"),
         (map([SweepCell::Empty; 4], false, None, None), "over"),
         (scatter(vec![([1.0, 2.0], good), ([3.0, 2.0], locked)]), "locked up"),
-        (scatter(vec![([1.0, 2.0], missing)]), "no figure"),
+        (scatter(vec![([1.0, 2.0], missing)]), "no metric"),
         (scatter(Vec::new()), "outside"),
         (curve(vec![(1.0, good), (2.0, missing), (3.0, good), (4.0, locked)], true), "locked up"),
         (curve(vec![(1.0, good)], false), "the scenario (2)"),
@@ -529,8 +529,8 @@ fn every_picture_can_be_drawn() {
     ] {
         let picture = SweepPicture {
             name: "part \u{7} <1>".to_owned(),
-            facts: "4 points".to_owned(),
-            figure: "error",
+            caption: "4 points".to_owned(),
+            metric: "error",
             unit: "µm",
             over: vec!["a".to_owned()],
             plot,

@@ -8,7 +8,7 @@ use std::time::Duration;
 use crate::common::folder::Folder;
 use crate::common::sweep::{computed, grid, line, plan, tables};
 use predicates::str::contains;
-use servosim::sweep::{Figure, Journal, Method, Session, Shard, Start, Sweep, SweepError, export, merge};
+use servosim::sweep::{Journal, Method, Metric, Session, Shard, Start, Sweep, SweepError, export, merge};
 
 /// A small sweep with an invalid point, its tables, and its journal as it is before it is removed.
 fn small(folder: &Path) -> (Sweep, [Vec<u8>; 2], Vec<u8>) {
@@ -43,7 +43,7 @@ fn a_kill_at_any_byte_loses_nothing_and_changes_no_byte() {
         assert_eq!(fs::read(&path).unwrap(), journal, "cut at {cut}");
         // The tables follow from the journal; a few cuts show it.
         if cut % 97 == 0 || cut == journal.len() {
-            export(&sweep, &[finished], folder.path(), Figure::MAX_CONTOUR_ERROR, None).unwrap();
+            export(&sweep, &[finished], folder.path(), Metric::MAX_CONTOUR_ERROR, None).unwrap();
             assert_eq!(tables(folder.path(), "line"), tables_whole, "cut at {cut}");
         }
     }
@@ -151,7 +151,7 @@ fn shards_join_to_the_bytes_of_the_whole() {
         assert!(ranges.windows(2).all(|pair| pair[0].end == pair[1].start && !pair[0].is_empty()));
         parts.reverse();
         let (joined, journals) = merge(&parts).unwrap();
-        export(&joined, &journals, folder.path(), Figure::MAX_CONTOUR_ERROR, None).unwrap();
+        export(&joined, &journals, folder.path(), Metric::MAX_CONTOUR_ERROR, None).unwrap();
         assert_eq!(tables(folder.path(), "line"), tables(whole.path(), "line"), "{of} shards");
         // A shard that is there already is not computed again.
         let session = Session::open(&sweep, folder.path(), Shard { index: 1, of }, false, None).unwrap();

@@ -14,7 +14,7 @@ use servosim::scenario::{Document, Scenario};
 use servosim::servo::{ControllerGains, ControllerKind};
 use servosim::tuning::{
     Constraint, Constraints, Gain, Method, Objective, Problem, Tuned, Tuning, TuningError, Uncertainty, Variable,
-    changes, findings,
+    changes, report,
 };
 
 fn scenario(name: &str) -> Scenario {
@@ -51,16 +51,16 @@ fn every_method_leads_an_infeasible_start_inside_and_improves_it() {
         assert_eq!(tuned.before.violations.len(), 2, "{:?}", tuned.before.violations);
         assert!(tuned.before.violations.iter().all(|v| v.constraint == Constraint::PeakSensitivity));
         assert!(!tuned.before.value.is_feasible() && tuned.after.value.is_feasible(), "{method:?}");
-        let figures = tuned.after.figures.unwrap();
+        let metrics = tuned.after.metrics.unwrap();
         // The very run that anybody makes with these gains.
         let mut again = heart.clone();
         again.axes = tuned.after.axes;
         let summary = again.run(&mut []).unwrap();
         // 1 nm is what the contouring error of a batch may differ by.
-        assert!((summary.max_contour_error_um - figures.max_contour_error_um).abs() <= 1e-3);
-        assert!(figures.max_contour_error_um < 10.0, "{method:?}: {figures:?}");
+        assert!((summary.max_contour_error_um - metrics.max_contour_error_um).abs() <= 1e-3);
+        assert!(metrics.max_contour_error_um < 10.0, "{method:?}: {metrics:?}");
         assert!(tuned.after.margins.iter().all(|m| m.stable && m.peak_sensitivity <= 1.6));
-        assert_eq!(figures.saturated_share, 0.0);
+        assert_eq!(metrics.saturated_share, 0.0);
         // The margins are those of the gains that are returned.
         for (axis, known) in tuned.after.axes.iter().zip(&tuned.after.margins) {
             assert_eq!(margins(axis, &heart.settings), *known);
@@ -194,7 +194,7 @@ fn corners_out_of_the_drives_reach_do_not_count() {
 fn drawn_plants_lie_in_the_box_and_are_the_same_for_all_gains() {
     let uncertainty = Uncertainty { gain: 0.2, time_constant: 0.1 };
     let (alpha, heart) = (scenario("alpha").axes, scenario("heart").axes);
-    let (a, b) = (uncertainty.drawn(&alpha, 500, 3), uncertainty.drawn(&heart, 500, 3));
+    let (a, b) = (uncertainty.sampled(&alpha, 500, 3), uncertainty.sampled(&heart, 500, 3));
     let mut widest = (0.0_f64, 0.0_f64);
     for (a, b) in a.iter().zip(&b) {
         for axis in 0..2 {
@@ -206,7 +206,7 @@ fn drawn_plants_lie_in_the_box_and_are_the_same_for_all_gains() {
         }
     }
     assert!((0.19..=0.2 + 1e-12).contains(&widest.0) && (0.09..=0.1 + 1e-12).contains(&widest.1), "{widest:?}");
-    assert_ne!(a[0][0].plant, uncertainty.drawn(&alpha, 1, 4)[0][0].plant);
+    assert_ne!(a[0][0].plant, uncertainty.sampled(&alpha, 1, 4)[0][0].plant);
 }
 
 #[test]
@@ -238,13 +238,13 @@ fn constraints_are_told_apart() {
     // A drive with too little voltage.
     let (told, assessment) = assess(default, &|scenario| scenario.axes[1].drive.voltage_limit_v = 3.4);
     assert_eq!(told, [Constraint::Saturation]);
-    assert!(assessment.value.violation < 1.0 && assessment.figures.is_some());
+    assert!(assessment.value.violation < 1.0 && assessment.metrics.is_some());
     let (told, locked) = assess(default, &|scenario| scenario.axes[0].drive.voltage_limit_v = 0.5);
     assert!(told.contains(&Constraint::Lockup), "{told:?}");
     // An unstable loop is not worth a run, and further away than one that saturates for good.
     let (told, unstable) = assess(default, &|scenario| scenario.axes[0].pdff.kpv_nm_s_rad = 20.0);
     assert_eq!(told[0], Constraint::PeakSensitivity);
-    assert!(unstable.figures.is_none());
+    assert!(unstable.metrics.is_none());
     assert!(assessment.value.is_better_than(&locked.value) && locked.value.is_better_than(&unstable.value));
 }
 
@@ -287,18 +287,18 @@ fn findings_tell_what_is_in_the_way() {
     let problem = Problem::new(&alpha, variables, Objective::RmsContourError, Constraints::default(), 0.0).unwrap();
     let tuning = Tuning { starts: 1, budget: 150, ..quick(Method::NelderMead) };
     let tuned = run(&problem, &tuning);
-    let findings = findings(&problem, &tuning, &tuned);
-    assert!(findings.feasible && findings.after.objective < findings.before.objective);
-    assert!(findings.active.iter().any(|line| line.starts_with("x.kpf is at its lower bound 0.7")), "{findings:?}");
-    assert_eq!((findings.gains.len(), findings.after.drawn.plants), (2, 1000));
-    for gain in &findings.gains {
+    let report = report(&problem, &tuning, &tuned);
+    assert!(report.feasible && report.after.objective < report.before.objective);
+    assert!(report.active.iter().any(|line| line.starts_with("x.kpf is at its lower bound 0.7")), "{report:?}");
+    assert_eq!((report.gains.len(), report.after.sampled.plants), (2, 1000));
+    for gain in &report.gains {
         // Feedforward does not change the loop, and the error grows with it here.
         assert_eq!(gain.ms_less, gain.ms_more);
     }
-    assert!(findings.after.drawn.worst_um >= findings.after.drawn.percentile_95_um);
-    assert!(findings.after.drawn.percentile_95_um >= findings.after.drawn.median_um);
-    assert_eq!(findings.checks.len(), 3);
-    assert!(findings.checks.iter().all(|check| check.survives), "{:?}", findings.checks);
+    assert!(report.after.sampled.worst_um >= report.after.sampled.percentile_95_um);
+    assert!(report.after.sampled.percentile_95_um >= report.after.sampled.median_um);
+    assert_eq!(report.checks.len(), 3);
+    assert!(report.checks.iter().all(|check| check.survives), "{:?}", report.checks);
 }
 
 // ---- The command line ---------------------------------------------------------------------------------------------
@@ -361,8 +361,8 @@ fn json_is_exactly_one_object() {
     let json: serde_json::Value = serde_json::from_slice(&output.get_output().stdout).unwrap();
     assert_eq!(json["scenario"], "alpha");
     assert_eq!(json["feasible"], true);
-    assert!((json["before"]["figures"]["max_contour_error_um"].as_f64().unwrap() - 27.027).abs() < 2e-3);
-    let after = json["after"]["figures"]["max_contour_error_um"].as_f64().unwrap();
+    assert!((json["before"]["metrics"]["max_contour_error_um"].as_f64().unwrap() - 27.027).abs() < 2e-3);
+    let after = json["after"]["metrics"]["max_contour_error_um"].as_f64().unwrap();
     assert!(after < 27.0);
     let keys: Vec<&str> = json["gains"].as_array().unwrap().iter().map(|g| g["key"].as_str().unwrap()).collect();
     assert_eq!(keys, ["axes.x.pdff.kpf", "axes.y.pdff.kpf"]);
@@ -378,9 +378,9 @@ fn a_drive_that_is_more_than_its_model_is_told_of() {
         .servosim(&format!("tune alpha {QUICK} --gains kpf --plots none {set}"))
         .assert()
         .success()
-        .stdout(contains("not seen by the search\n    axis x was tuned on its model alone, without its delay of 0.4 samples, backlash"))
-        .stdout(contains("with the tuned gains the drive as it is has Ms"))
-        .stderr(contains("`servosim compare alpha --gains output/alpha-tuned.toml` judges them on the drives as they are"));
+        .stdout(contains("not seen by the search\n    axis x was tuned on its ideal model, without its delay of 0.4 samples, backlash"))
+        .stdout(contains("with the tuned gains the detailed drive model has Ms"))
+        .stderr(contains("`servosim compare alpha --gains output/alpha-tuned.toml` judges them on the detailed drive model"));
 }
 
 #[test]

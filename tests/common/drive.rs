@@ -1,11 +1,13 @@
-//! What the tests of drives as they are share.
+//! What the tests of detailed drives share.
 
 use std::ops::Deref;
 
-use servosim::servo::controller::{AnyController, Controller, Measured, Wanted};
-use servosim::servo::effects::{Effects, Table};
-use servosim::servo::remedies::Remedies;
-use servosim::servo::{Axis, AxisParameters, AxisSignals, Demand, Drive, LoopSettings, Pdff, Plant, RealAxis};
+use servosim::servo::compensation::Compensation;
+use servosim::servo::controller::{AnyController, ControlOutput, Controller, Feedback};
+use servosim::servo::effects::{Effects, LookupTable};
+use servosim::servo::{
+    Axis, AxisParameters, AxisReference, AxisSignals, DetailedAxis, Drive, LoopSettings, Pdff, Plant,
+};
 
 /// The control period \[s\].
 pub const DT: f64 = 1e-3;
@@ -20,54 +22,57 @@ pub fn axis() -> AxisParameters {
 }
 
 /// An axis whose step is compiled once a controller: as the crate has it, it vanishes into every place that takes one.
-pub struct Bench<C = AnyController>(pub RealAxis<C>);
+pub struct Bench<C = AnyController>(pub DetailedAxis<C>);
 
 impl<C: Controller> Bench<C> {
     #[inline(never)]
-    pub fn step(&mut self, demand: &Demand) -> AxisSignals {
-        self.0.step(demand)
+    pub fn step(&mut self, reference: &AxisReference) -> AxisSignals {
+        self.0.step(reference)
     }
 }
 
 impl<C> Deref for Bench<C> {
-    type Target = RealAxis<C>;
+    type Target = DetailedAxis<C>;
 
-    fn deref(&self) -> &RealAxis<C> {
+    fn deref(&self) -> &DetailedAxis<C> {
         &self.0
     }
 }
 
 /// The axis at rest on 0 mm, nothing done about its effects.
 pub fn real(effects: &Effects) -> Bench {
-    helped(effects, &Remedies::default(), 0.0)
+    helped(effects, &Compensation::default(), 0.0)
 }
 
 /// The axis at rest on a place.
-pub fn helped(effects: &Effects, remedies: &Remedies, start_mm: f64) -> Bench {
-    Bench(RealAxis::pdff(&axis(), effects, remedies, &LoopSettings::default(), start_mm).expect("sound parameters"))
+pub fn helped(effects: &Effects, compensation: &Compensation, start_mm: f64) -> Bench {
+    Bench(
+        DetailedAxis::pdff(&axis(), effects, compensation, &LoopSettings::default(), start_mm)
+            .expect("sound parameters"),
+    )
 }
 
 /// Torque \[N m\] by sample, no feedback.
 pub struct Torque<'a>(Box<dyn FnMut(u32) -> f64 + 'a>, u32);
 
 impl Controller for Torque<'_> {
-    fn control(&mut self, _: &Demand, _: &Measured) -> Wanted {
+    fn control(&mut self, _: &AxisReference, _: &Feedback) -> ControlOutput {
         let torque_nm = (self.0)(self.1);
         self.1 += 1;
-        Wanted { velocity_command_rad_s: 0.0, torque_nm }
+        ControlOutput { velocity_command_rad_s: 0.0, torque_nm }
     }
 
-    fn settle(&mut self, _: f64) {}
+    fn anti_windup(&mut self, _: f64) {}
 }
 
 /// The axis under torques in an open loop.
 pub fn open<'a>(effects: &Effects, torque: impl FnMut(u32) -> f64 + 'a) -> Bench<Torque<'a>> {
     let torque = Torque(Box::new(torque), 0);
-    let axis = RealAxis::new(&axis(), torque, effects, &Remedies::default(), &LoopSettings::default(), 0.0);
+    let axis = DetailedAxis::new(&axis(), torque, effects, &Compensation::default(), &LoopSettings::default(), 0.0);
     Bench(axis.expect("sound parameters"))
 }
 
 /// A function by points.
-pub fn table(points: &[(f64, f64)], period: Option<f64>) -> Table {
-    Table::new(points.iter().copied(), period).expect("a table")
+pub fn table(points: &[(f64, f64)], period: Option<f64>) -> LookupTable {
+    LookupTable::new(points.iter().copied(), period).expect("a table")
 }

@@ -4,7 +4,7 @@ use std::fs;
 use std::path::Path;
 
 use servosim::scenario::Document;
-use servosim::sweep::{Exported, Figure, Method, Plan, Session, Shard, Sweep, export};
+use servosim::sweep::{Exported, Method, Metric, Plan, Session, Shard, Sweep, export};
 
 pub const KPP: &str = "axes.x.pdff.kpp";
 
@@ -49,7 +49,7 @@ pub fn refused(vary: &[&str], plan: &Plan) -> String {
 pub fn computed(sweep: &Sweep, folder: &Path, block: u32) -> Exported {
     let session = Session::open(sweep, folder, Shard::WHOLE, false, Some(block)).unwrap();
     let journal = session.compute(None, &mut |_| {}).unwrap();
-    export(sweep, &[journal], folder, Figure::MAX_CONTOUR_ERROR, None).unwrap()
+    export(sweep, &[journal], folder, Metric::MAX_CONTOUR_ERROR, None).unwrap()
 }
 
 /// The bytes of both tables.

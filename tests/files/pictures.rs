@@ -7,7 +7,7 @@ use std::f64::consts::TAU;
 use std::fs;
 
 use servosim::report::{
-    DeviationPanel, DeviationPicture, Format, MoveKind, PathMove, PathPicture, ReportError, StepoverPicture,
+    DeviationPicture, DeviationSubplot, Format, MoveKind, PathMove, PathPicture, ReportError, StepoverPicture,
     stepover_row,
 };
 
@@ -51,7 +51,7 @@ fn path() -> PathPicture {
     let border = vec![[0.0, 0.0], [80.0, 0.0], [80.0, 80.0], [0.0, 80.0]];
     PathPicture {
         name: "patch".to_owned(),
-        facts: "40 rings, 7.2 m of feed moves, 3 air moves".to_owned(),
+        caption: "40 rings, 7.2 m of feed moves, 3 rapid moves".to_owned(),
         moves,
         borders_mm: vec![border],
     }
@@ -78,9 +78,9 @@ fn deviations(side: usize, servo: f64) -> Vec<f32> {
 }
 
 fn maps<'a>(nominal: &'a [f32], as_cut: &'a [f32], side: usize) -> DeviationPicture<'a> {
-    let panel = |title, values_um| DeviationPanel {
+    let panel = |title, values_um| DeviationSubplot {
         title,
-        facts: "mean 80.1 µm, rms 110 µm, 98.7 % within the limits, 95 % below 224 µm",
+        caption: "mean 80.1 µm, rms 110 µm, 98.7 % within the limits, 95 % below 224 µm",
         low_mm: [0.0, 0.0],
         cell_mm: 80.0 / side as f64,
         columns: side,
@@ -88,7 +88,7 @@ fn maps<'a>(nominal: &'a [f32], as_cut: &'a [f32], side: usize) -> DeviationPict
     };
     DeviationPicture {
         name: "patch",
-        facts: "ball of radius 5 mm, cells of 0.1 mm; as cut: the axes' simulated places",
+        caption: "ball of radius 5 mm, cells of 0.1 mm; as cut: the axes' simulated places",
         maps: vec![panel("nominal", nominal), panel("as cut", as_cut)],
         gouge_limit_um: Some(10.0),
         excess_limit_um: Some(250.0),
@@ -194,12 +194,18 @@ fn the_worst_cell_of_a_block_is_kept() {
     for (worst, colour) in [(90.0_f32, [8, 48, 107]), (-90.0, [110, 38, 2]), (f32::INFINITY, [128, 128, 128])] {
         let mut values = vec![1.0_f32; 2000 * 2000];
         values[1_234_567] = worst;
-        let map =
-            DeviationPanel { title: "", facts: "", low_mm: [0.0; 2], cell_mm: 0.01, columns: 2000, values_um: &values };
+        let map = DeviationSubplot {
+            title: "",
+            caption: "",
+            low_mm: [0.0; 2],
+            cell_mm: 0.01,
+            columns: 2000,
+            values_um: &values,
+        };
         let with = |values_um| DeviationPicture {
             name: "",
-            facts: "",
-            maps: vec![DeviationPanel { values_um, ..map }],
+            caption: "",
+            maps: vec![DeviationSubplot { values_um, ..map }],
             gouge_limit_um: None,
             excess_limit_um: None,
         };
@@ -252,13 +258,13 @@ fn paths_say_what_their_lines_are() {
     let said = texts(&path().draw_rings(Format::Svg).unwrap());
     assert_says(
         &said,
-        &["patch: tool path in plan", "x [mm]", "y [mm]", "border of the region", "air moves", "start", "end"],
+        &["patch: tool path in plan", "x [mm]", "y [mm]", "border of the region", "rapid moves", "start", "end"],
     );
     assert_says(&said, &["from ring to ring, cutting", "depth of the ring", "30"]);
     let said = texts(&path().draw_3d(Format::Svg).unwrap());
     assert_says(
         &said,
-        &["patch: tool path in three dimensions", "x [mm]", "y [mm]", "z [mm]", "height z [mm]", "air moves"],
+        &["patch: tool path in three dimensions", "x [mm]", "y [mm]", "z [mm]", "height z [mm]", "rapid moves"],
     );
 }
 
@@ -310,18 +316,18 @@ fn no_input_breaks_a_picture() {
     for value in bad {
         for columns in [0, 1, 2, 6, 7, usize::MAX] {
             for values_um in [&odd[..], &odd[..1], &odd[4..], &[]] {
-                let map = DeviationPanel {
+                let map = DeviationSubplot {
                     title: "<&>\u{0}",
-                    facts: "\u{1}&",
+                    caption: "\u{1}&",
                     low_mm: [value, 1.0],
                     cell_mm: value,
                     columns,
                     values_um,
                 };
-                let map = if columns == 2 { DeviationPanel { low_mm: [0.0, 1.0], cell_mm: 1.0, ..map } } else { map };
+                let map = if columns == 2 { DeviationSubplot { low_mm: [0.0, 1.0], cell_mm: 1.0, ..map } } else { map };
                 let picture = DeviationPicture {
                     name: "a<b>&\"\u{1b}",
-                    facts: "",
+                    caption: "",
                     maps: vec![map; columns.min(3)],
                     gouge_limit_um: Some(value),
                     excess_limit_um: Some(value),
@@ -333,7 +339,7 @@ fn no_input_breaks_a_picture() {
             let line = |kind, points_mm| PathMove { kind, points_mm };
             let picture = PathPicture {
                 name: "\u{7}".to_owned(),
-                facts: "<".to_owned(),
+                caption: "<".to_owned(),
                 moves: vec![
                     line(MoveKind::Ring(u32::MAX), vec![[value, other, 0.0], [0.0, value, other]]),
                     line(MoveKind::Air, vec![[other; 3]]),

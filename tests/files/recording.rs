@@ -10,7 +10,9 @@ use rand_xoshiro::Xoshiro256PlusPlus;
 use servosim::feedrate::{Motion, Profile};
 use servosim::limits::{Event, Limits};
 use servosim::path::{self, Circle, Line};
-use servosim::recording::{Facts, LogLevel, ReadError, Recorder, Recording, RecordingError, Sample, Servo, csv};
+use servosim::recording::{
+    LogLevel, ReadError, Recorder, Recording, RecordingError, RecordingMetadata, Sample, Servo, csv,
+};
 use servosim::servo::{AxisParameters, Drive, LoopSettings, Pdff, Plant};
 use servosim::simulation::{Ending, Observer, Period, Simulation, SimulationError};
 use servosim::summary::{Summary, SummaryObserver};
@@ -52,7 +54,7 @@ fn record_with<W: Write>(
 }
 
 fn record(settling_s: f64) -> (Vec<u8>, Summary) {
-    let recorder = Recorder::new(Vec::new(), Facts::new("circle", SCENARIO)).unwrap();
+    let recorder = Recorder::new(Vec::new(), RecordingMetadata::new("circle", SCENARIO)).unwrap();
     let (recorder, summary) = record_with(recorder, settling_s).unwrap();
     (recorder.finish(&summary).unwrap().writer, summary)
 }
@@ -138,7 +140,7 @@ fn validates_every_signal_comes_back_bit_for_bit() {
 fn negative_zero_infinity_and_nan_survive() {
     let path = circle();
     let run = simulation(&path, 0.0);
-    let mut recorder = Recorder::new(Vec::new(), Facts::new("odd", "")).unwrap();
+    let mut recorder = Recorder::new(Vec::new(), RecordingMetadata::new("odd", "")).unwrap();
     let mut summary = SummaryObserver::new("odd");
     let stop = std::sync::atomic::AtomicBool::new(true);
     assert_eq!(
@@ -239,7 +241,7 @@ fn short_recording() -> Vec<u8> {
     let path = Line::new(Vector2::new(0.0, 0.0), Vector2::new(2.0, 1.0)).unwrap();
     let motion = Motion::plan(path::Path::length_mm(&path), 100.0, Profile::Quintic { phase_s: 0.05 }).unwrap();
     let run = Simulation::new(&path, &motion, [axis(97.0), axis(97.0)], settings(0.0)).unwrap();
-    let mut recorder = Recorder::new(Vec::new(), Facts::new("line", "name = \"line\"\n")).unwrap();
+    let mut recorder = Recorder::new(Vec::new(), RecordingMetadata::new("line", "name = \"line\"\n")).unwrap();
     let mut summary = SummaryObserver::new("line");
     run.run(&Limits::default(), None, &mut [&mut summary, &mut recorder]).unwrap();
     recorder.finish(&summary.summary()).unwrap().writer
@@ -340,7 +342,7 @@ fn a_full_disk_names_the_file_and_leaves_nothing() {
     let path = folder.path().join("circle.mcap");
     let whole = record(0.1).0.len();
     let run = |room: usize| -> Result<(), String> {
-        let recorder = Recorder::create_with(&path, Facts::new("circle", SCENARIO), |file| {
+        let recorder = Recorder::create_with(&path, RecordingMetadata::new("circle", SCENARIO), |file| {
             BufWriter::with_capacity(64, FullDisk { file, room })
         });
         let recorder = recorder.map_err(|error| error.to_string())?;
@@ -360,7 +362,7 @@ fn a_full_disk_names_the_file_and_leaves_nothing() {
 #[test]
 fn a_recorder_that_is_dropped_leaves_nothing() {
     let folder = tempfile::tempdir().unwrap();
-    let recorder = Recorder::create(folder.path().join("a.mcap"), Facts::new("a", "")).unwrap();
+    let recorder = Recorder::create(folder.path().join("a.mcap"), RecordingMetadata::new("a", "")).unwrap();
     assert_eq!(entries(folder.path()), ["a.mcap.partial"]);
     drop(record_with(recorder, 0.1).unwrap());
     assert_eq!(entries(folder.path()), Vec::<String>::new());
@@ -370,7 +372,7 @@ fn a_recorder_that_is_dropped_leaves_nothing() {
 fn a_killed_run_can_be_read_up_to_its_last_whole_chunk() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("a.mcap");
-    let recorder = Recorder::create(&path, Facts::new("a", SCENARIO)).unwrap();
+    let recorder = Recorder::create(&path, RecordingMetadata::new("a", SCENARIO)).unwrap();
     let (recorder, summary) = record_with(recorder, 3.0).unwrap();
     // Neither finished nor dropped, as when the process is killed.
     let partial = folder.path().join("a.mcap.partial");
@@ -387,12 +389,12 @@ fn a_killed_run_can_be_read_up_to_its_last_whole_chunk() {
 fn an_interrupted_run_is_whole_but_does_not_replace_an_earlier_one() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("a.mcap");
-    let recorder = Recorder::create(&path, Facts::new("a", "")).unwrap();
+    let recorder = Recorder::create(&path, RecordingMetadata::new("a", "")).unwrap();
     let (recorder, summary) = record_with(recorder, 0.1).unwrap();
     assert_eq!(recorder.finish(&summary).unwrap().path.as_deref(), Some(path.as_path()));
     let earlier = fs::read(&path).unwrap();
 
-    let recorder = Recorder::create(&path, Facts::new("a", "")).unwrap();
+    let recorder = Recorder::create(&path, RecordingMetadata::new("a", "")).unwrap();
     let (recorder, mut summary) = record_with(recorder, 0.0).unwrap();
     summary.complete = false;
     let saved = recorder.interrupted(&summary).unwrap().path.unwrap();
@@ -403,7 +405,7 @@ fn an_interrupted_run_is_whole_but_does_not_replace_an_earlier_one() {
     assert_eq!(recording.summary(), Some(summary));
 
     // The next run takes the place of both.
-    let recorder = Recorder::create(&path, Facts::new("b", "")).unwrap();
+    let recorder = Recorder::create(&path, RecordingMetadata::new("b", "")).unwrap();
     let (recorder, summary) = record_with(recorder, 0.1).unwrap();
     recorder.finish(&summary).unwrap();
     assert_eq!(entries(folder.path()), ["a.mcap"]);
@@ -413,7 +415,7 @@ fn an_interrupted_run_is_whole_but_does_not_replace_an_earlier_one() {
 #[test]
 fn what_is_in_the_way_is_named() {
     let folder = tempfile::tempdir().unwrap();
-    let create = |name: &str| match Recorder::create(folder.path().join(name), Facts::new("a", "")) {
+    let create = |name: &str| match Recorder::create(folder.path().join(name), RecordingMetadata::new("a", "")) {
         Ok(_) => panic!("{name} was taken"),
         Err(error) => error.to_string(),
     };
@@ -430,12 +432,12 @@ fn what_is_in_the_way_is_named() {
     assert!(create("d.mcap").contains("that is a folder"));
     assert!(create("missing/e.mcap").contains("the folder"));
     assert!(create("notes.mcap/e.mcap").contains("cannot create the recording"));
-    let running = Recorder::create(folder.path().join("f.mcap"), Facts::new("a", "")).unwrap();
+    let running = Recorder::create(folder.path().join("f.mcap"), RecordingMetadata::new("a", "")).unwrap();
     assert!(
         create("f.mcap").ends_with("f.mcap.partial is being written by another run; wait for it or name another file")
     );
     drop(running);
-    drop(Recorder::create(folder.path().join("f.mcap"), Facts::new("a", "")).unwrap());
+    drop(Recorder::create(folder.path().join("f.mcap"), RecordingMetadata::new("a", "")).unwrap());
 }
 
 #[test]
@@ -448,7 +450,7 @@ fn runs_to_the_same_file_do_not_mix() {
                 scope.spawn(|| {
                     let mut finished = 0;
                     for _ in 0..10 {
-                        match Recorder::create(&path, Facts::new("circle", SCENARIO)) {
+                        match Recorder::create(&path, RecordingMetadata::new("circle", SCENARIO)) {
                             Ok(recorder) => {
                                 let (recorder, summary) = record_with(recorder, 0.0).unwrap();
                                 recorder.finish(&summary).unwrap();
@@ -470,14 +472,14 @@ fn runs_to_the_same_file_do_not_mix() {
 
 #[test]
 fn the_order_of_calls_is_kept() {
-    let recorder = Recorder::new(Vec::new(), Facts::new("a", "")).unwrap();
+    let recorder = Recorder::new(Vec::new(), RecordingMetadata::new("a", "")).unwrap();
     let path = circle();
     let period = simulation(&path, 0.0).next().unwrap();
     let (_, summary) = record(0.0);
     let mut early = recorder;
     assert!(Observer::period(&mut early, &period).unwrap_err().to_string().contains("the run has not begun"));
     assert!(early.finish(&summary).is_err());
-    let recorder = Recorder::new(Vec::new(), Facts::new("a", "")).unwrap();
+    let recorder = Recorder::new(Vec::new(), RecordingMetadata::new("a", "")).unwrap();
     let (mut recorder, _) = record_with(recorder, 0.0).unwrap();
     assert!(
         Observer::period(&mut recorder, &period).unwrap_err().to_string().contains("a sample came after a later one")
@@ -487,7 +489,7 @@ fn the_order_of_calls_is_kept() {
 
 #[test]
 fn a_limit_cycle_does_not_flood_the_log() {
-    let recorder = Recorder::new(Vec::new(), Facts::new("cycle", "")).unwrap();
+    let recorder = Recorder::new(Vec::new(), RecordingMetadata::new("cycle", "")).unwrap();
     let (mut recorder, summary) = record_with(recorder, 0.0).unwrap();
     let time_s = summary.samples as f64 * summary.period_s;
     for _ in 0..3000 {
@@ -540,7 +542,7 @@ fn csv_holds_every_signal_in_full() {
 #[test]
 fn any_writer_gets_the_same_bytes() {
     let mut cursor = Cursor::new(Vec::new());
-    let recorder = Recorder::new(&mut cursor, Facts::new("circle", SCENARIO)).unwrap();
+    let recorder = Recorder::new(&mut cursor, RecordingMetadata::new("circle", SCENARIO)).unwrap();
     let (recorder, summary) = record_with(recorder, 0.1).unwrap();
     let saved = recorder.finish(&summary).unwrap();
     assert_eq!(saved.path, None);

@@ -9,7 +9,7 @@ use servosim::limits::{LimitCheck, Limits};
 use servosim::optimize::Step;
 use servosim::path::{Circle, Cursor, Line, Path};
 use servosim::report::{
-    AxisLoads, Format, MAX_BUCKETS, PlotKind, PlotSample, ReportError, RunData, RunFacts, draw, write_all,
+    AxisLoads, Format, MAX_BUCKETS, PlotKind, PlotSample, ReportError, RunData, RunMetadata, draw, write_all,
 };
 use servosim::servo::{AxisParameters, Drive, LoopSettings, Pdff, Plant};
 use servosim::simulation::Simulation;
@@ -25,10 +25,10 @@ fn axes(scale: f64) -> [AxisParameters; 2] {
     })
 }
 
-fn facts(name: &str, path: &dyn Path<2>, feed_mm_s: f64) -> RunFacts {
+fn metadata(name: &str, path: &dyn Path<2>, feed_mm_s: f64) -> RunMetadata {
     let length = path.length_mm();
     let mut cursor = Cursor::default();
-    RunFacts {
+    RunMetadata {
         name: name.to_owned(),
         period_s: 1e-3,
         voltage_limit_v: [5.0; 3],
@@ -48,13 +48,13 @@ fn facts(name: &str, path: &dyn Path<2>, feed_mm_s: f64) -> RunFacts {
             "plain quintic".to_owned(),
             Motion::plan(length, feed_mm_s, Profile::Quintic { phase_s: 0.1 }).unwrap(),
         )),
-        ..RunFacts::default()
+        ..RunMetadata::default()
     }
 }
 
 fn simulated(name: &str, path: &dyn Path<2>, feed_mm_s: f64, profile: Profile, scale: f64) -> RunData {
     let motion = Motion::plan(path.length_mm(), feed_mm_s, profile).unwrap();
-    let mut data = RunData::new(facts(name, path, feed_mm_s));
+    let mut data = RunData::new(metadata(name, path, feed_mm_s));
     let simulation = Simulation::new(path, &motion, axes(scale), LoopSettings::default()).unwrap();
     simulation.run(&Limits::default(), None, &mut [&mut data]).unwrap();
     data
@@ -74,8 +74,8 @@ fn one() -> RunData {
 fn with_everything(run: &mut RunData) {
     let limits = AxisLimits { velocity_mm_s: [100.0; 2], acceleration_mm_s2: [2e3, 1e3], jerk_mm_s3: [5e4, 1e9] };
     let motion = Motion::plan(circle().length_mm(), 100.0, EXPONENTIAL).unwrap();
-    run.facts_mut().three_axes = true;
-    run.facts_mut().axis_loads = Some(AxisLoads::of(&circle(), &motion, limits));
+    run.metadata_mut().three_axes = true;
+    run.metadata_mut().axis_loads = Some(AxisLoads::of(&circle(), &motion, limits));
 }
 
 fn svg(runs: &[RunData], kind: PlotKind) -> String {
@@ -191,7 +191,7 @@ fn two_runs_share_the_plots_and_equal_names_are_told_apart() {
 
 #[test]
 fn a_name_that_is_taken_is_not_given_again() {
-    let named = |name: &str| RunData::new(RunFacts { name: name.to_owned(), ..RunFacts::default() });
+    let named = |name: &str| RunData::new(RunMetadata { name: name.to_owned(), ..RunMetadata::default() });
     let runs = [named("a (2)"), named("a"), named("a"), named(""), named("")];
     let said = texts(&svg(&runs, PlotKind::Feedrate));
     let entries: BTreeSet<&str> =
@@ -203,9 +203,9 @@ fn a_name_that_is_taken_is_not_given_again() {
 fn names_and_warnings_may_hold_any_character() {
     let mut data = one();
     with_everything(&mut data);
-    data.facts_mut().name = "<b>&\"'\u{1b}\0 x\u{fffe} 日本 \u{202e}".to_owned() + &"long ".repeat(200);
-    data.facts_mut().warning = Some("locked up: a < b & c".to_owned());
-    data.facts_mut().comparison.as_mut().unwrap().0 = "]]>\u{7}".to_owned();
+    data.metadata_mut().name = "<b>&\"'\u{1b}\0 x\u{fffe} 日本 \u{202e}".to_owned() + &"long ".repeat(200);
+    data.metadata_mut().warning = Some("locked up: a < b & c".to_owned());
+    data.metadata_mut().comparison.as_mut().unwrap().0 = "]]>\u{7}".to_owned();
     for runs in [vec![data.clone()], vec![data.clone(), data.clone(), data]] {
         for kind in PlotKind::ALL {
             let said = texts(&svg(&runs, kind));
@@ -262,7 +262,7 @@ fn sample(k: u64) -> PlotSample {
 
 #[test]
 fn up_to_the_capacity_every_sample_is_kept() {
-    let mut data = RunData::new(RunFacts::default());
+    let mut data = RunData::new(RunMetadata::default());
     let samples: Vec<PlotSample> = (0..MAX_BUCKETS as u64).map(sample).collect();
     for s in &samples {
         data.push(s);
@@ -300,7 +300,7 @@ const SIGNALS: [(&str, Setter, Getter); 18] = [
 fn no_peak_of_any_signal_is_lost_in_merging() {
     // Long enough for four rounds of merging; a peak and, right after it, a dip for every signal, far apart from the next.
     let count = 100_003_u64;
-    let mut data = RunData::new(RunFacts::default());
+    let mut data = RunData::new(RunMetadata::default());
     for k in 0..count {
         let mut s = sample(k);
         for (i, (_, set, _)) in SIGNALS.iter().enumerate() {
@@ -329,7 +329,7 @@ fn no_peak_of_any_signal_is_lost_in_merging() {
 #[test]
 fn memory_is_bounded_whatever_the_signals() {
     // Noise in all signals is the worst: each has its extremes elsewhere.
-    let mut data = RunData::new(RunFacts::default());
+    let mut data = RunData::new(RunMetadata::default());
     let mut state = 1_u64;
     for k in 0..300_000_u64 {
         let mut s = PlotSample { time_s: k as f64, ..PlotSample::default() };
@@ -344,7 +344,7 @@ fn memory_is_bounded_whatever_the_signals() {
 
 #[test]
 fn samples_that_are_not_finite_are_skipped_and_the_reader_is_told() {
-    let mut data = RunData::new(RunFacts::default());
+    let mut data = RunData::new(RunMetadata::default());
     for (_, set, _) in &SIGNALS {
         for bad in [f64::NAN, f64::INFINITY, f64::NEG_INFINITY, 1e200] {
             let mut s = sample(1);
@@ -361,14 +361,14 @@ fn samples_that_are_not_finite_are_skipped_and_the_reader_is_told() {
 
 /// Runs that have broken plots before, somewhere.
 fn awkward() -> Vec<(&'static str, RunData)> {
-    let with = |facts: RunFacts, samples: &[PlotSample]| {
-        let mut data = RunData::new(facts);
+    let with = |metadata: RunMetadata, samples: &[PlotSample]| {
+        let mut data = RunData::new(metadata);
         for s in samples {
             data.push(s);
         }
         data
     };
-    let full = facts("awkward", &circle(), 100.0);
+    let full = metadata("awkward", &circle(), 100.0);
     let many = |change: &dyn Fn(u64, &mut PlotSample)| -> Vec<PlotSample> {
         (0..500)
             .map(|k| {
@@ -388,19 +388,19 @@ fn awkward() -> Vec<(&'static str, RunData)> {
     let steps = |objective: f64, mesh: f64, point: Vec<f64>| {
         let step =
             |iteration| Step { iteration, point: point.clone(), objective, violation: 0.0, mesh, evaluations: 1 };
-        RunFacts { n_c_search: Some((0..2).map(step).collect()), ..RunFacts::default() }
+        RunMetadata { n_c_search: Some((0..2).map(step).collect()), ..RunMetadata::default() }
     };
     let limited = |limit: f64| {
         let names = ["contour_error_um", "accel_mm_s2", "jerk_mm_s3"];
         let limits = names.map(|name| LimitCheck { name: name.to_owned(), value: 1.0, limit, kept: false }).to_vec();
-        RunFacts { limits, voltage_limit_v: [limit; 3], period_s: limit, ..full.clone() }
+        RunMetadata { limits, voltage_limit_v: [limit; 3], period_s: limit, ..full.clone() }
     };
-    let points = |p: [[f64; 2]; 2]| RunFacts { desired_path_mm: p.to_vec(), closed: true, ..full.clone() };
+    let points = |p: [[f64; 2]; 2]| RunMetadata { desired_path_mm: p.to_vec(), closed: true, ..full.clone() };
     vec![
-        ("nothing", with(RunFacts::default(), &[])),
+        ("nothing", with(RunMetadata::default(), &[])),
         ("no samples", with(full.clone(), &[])),
         ("one sample", with(full.clone(), &[sample(0)])),
-        ("one sample without facts", with(RunFacts::default(), &[PlotSample::default()])),
+        ("one sample without metadata", with(RunMetadata::default(), &[PlotSample::default()])),
         ("two samples", with(full.clone(), &[sample(0), sample(1)])),
         ("two samples at one time", with(full.clone(), &[sample(3), sample(3)])),
         ("time running backwards", with(full.clone(), &[sample(9), sample(5), sample(7)])),
@@ -484,7 +484,7 @@ fn a_straight_line_is_drawn_at_equal_scale() {
 #[test]
 fn an_infinite_jerk_is_called_so() {
     let mut data = simulated("steps", &circle(), 20.0, Profile::Linear { phase_s: 0.1 }, 1.0);
-    data.facts_mut().peak_jerk_mm_s3 = Some(f64::INFINITY);
+    data.metadata_mut().peak_jerk_mm_s3 = Some(f64::INFINITY);
     let said = texts(&svg(&[data], PlotKind::Feedrate));
     assert!(said.iter().any(|t| t.contains("jerk ∞ mm/s³")), "{said:#?}");
 }
@@ -492,8 +492,8 @@ fn an_infinite_jerk_is_called_so() {
 #[test]
 fn limits_far_above_the_curves_are_named_but_do_not_flatten_them() {
     let mut data = one();
-    data.facts_mut().limits[0].limit = 5000.0;
-    data.facts_mut().voltage_limit_v = [400.0; 3];
+    data.metadata_mut().limits[0].limit = 5000.0;
+    data.metadata_mut().voltage_limit_v = [400.0; 3];
     assert_says(&texts(&svg(&[data.clone()], PlotKind::Contour)), &["limit ± 5000 µm (off scale)"]);
     assert_says(&texts(&svg(&[data], PlotKind::Voltage)), &["saturation ± 400 V (off scale)"]);
 }
@@ -509,8 +509,8 @@ fn write_all_names_the_files_and_leaves_no_other() {
     assert_eq!(fs::read_dir(&target).unwrap().count(), 5, "no unfinished file is left");
     assert_eq!(fs::read(&files[0]).unwrap(), draw(&[data.clone()], PlotKind::Path, Format::Svg).unwrap());
     // Without a search there is no plot of it; existing files are replaced.
-    data.facts_mut().n_c_search = None;
-    data.facts_mut().name = "another".to_owned();
+    data.metadata_mut().n_c_search = None;
+    data.metadata_mut().name = "another".to_owned();
     let files = write_all(&[data], &target, "circle", Format::Svg).unwrap();
     assert_eq!(files, names(&["path", "contour", "feedrate", "voltage"]));
     assert!(fs::read_to_string(&files[0]).unwrap().contains("another"));
@@ -548,7 +548,7 @@ fn nothing_to_draw_is_said_in_words() {
     let folder = tempfile::tempdir().unwrap();
     let error = write_all(&[], folder.path(), "x", Format::Svg).unwrap_err();
     assert_eq!(error.to_string(), "nothing to draw in a path plot: no run was given");
-    let error = draw(&[RunData::new(RunFacts::default())], PlotKind::Search, Format::Svg).unwrap_err();
+    let error = draw(&[RunData::new(RunMetadata::default())], PlotKind::Search, Format::Svg).unwrap_err();
     assert_eq!(error.to_string(), "nothing to draw in a search plot: no run has a pattern search");
     for stem in ["", "a/b", "..\\a", "a\0b"] {
         let error = write_all(&[one()], folder.path(), stem, Format::Svg).unwrap_err();

@@ -451,7 +451,7 @@ fn a_feed_override_is_read_and_its_mistakes_are_told() {
     let turned = turned.unwrap();
     let steps = turned.motion.overrides();
     assert_eq!(
-        steps.iter().map(|step| (step.at_s, step.share)).collect::<Vec<_>>(),
+        steps.iter().map(|step| (step.at_s, step.ratio)).collect::<Vec<_>>(),
         [(0.3, 0.5), (0.6, 0.0), (0.9, 1.0)]
     );
     // About as short as the plan's acceleration and jerk allow, while it cruises at its feed: jerk one way, then the other.

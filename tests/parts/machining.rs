@@ -8,11 +8,13 @@ use rand::{RngExt, SeedableRng};
 use rand_xoshiro::Xoshiro256PlusPlus;
 use servosim::feedrate::{Motion, Profile};
 use servosim::limits::{Event, Limits};
-use servosim::machining::{Machine, MotionFault, ProgramError, ProgramFacts, ProgramPeriod, ProgramRun, Shapes};
+use servosim::machining::{
+    Machine, MotionFault, MotionReader, ProgramError, ProgramPeriod, ProgramRun, ProgramStatistics,
+};
 use servosim::nc::{Action, Arc, Block, Dialect, NcError, Nurbs, Plane, Program, Reader, Reading, Writing};
 use servosim::path::{Cursor, Helix, Line, Path};
-use servosim::recording::{Facts, Recorder, Recording, csv};
-use servosim::report::{RunData, RunFacts};
+use servosim::recording::{Recorder, Recording, RecordingMetadata, csv};
+use servosim::report::{RunData, RunMetadata};
 use servosim::scenario::Scenario;
 use servosim::servo::LoopSettings;
 use servosim::simulation::{Ending, Observer, ObserverError, Period, Place, Simulation};
@@ -89,8 +91,8 @@ fn validates_a_helix_program_against_the_simulation() {
     let read = || read_from(start.into(), "G2 X0 Y20 Z6 I-20 J0 F3000\n");
     let program: Vec<_> = ProgramRun::new(read(), &machine).unwrap().map(Result::unwrap).collect();
     assert_same(&program[..], &simulated(&helix, 50.0, &machine));
-    let facts = ProgramFacts::of(read(), &machine).unwrap();
-    assert!((facts.length_mm - (1.5 * PI * 20.0).hypot(6.0)).abs() < 1e-11, "{facts:?}");
+    let statistics = ProgramStatistics::of(read(), &machine).unwrap();
+    assert!((statistics.length_mm - (1.5 * PI * 20.0).hypot(6.0)).abs() < 1e-11, "{statistics:?}");
 }
 
 #[test]
@@ -226,13 +228,16 @@ fn dwells_rest_and_every_period_knows_its_block() {
     let machine = machine();
     let text = "G0 X0 Y0 Z0\nG0 X10\nG4 F0.5\nG1 X20 F3000\nG4 F0.25\nM30\n";
     let read = || read(text);
-    let facts = ProgramFacts::of(read(), &machine).unwrap();
-    assert_eq!((facts.blocks.dwell, facts.blocks.rapid, facts.blocks.linear, facts.blocks.other), (2, 2, 1, 1));
-    assert_eq!(facts.dwell_s, 0.75);
-    assert!((facts.rapid_length_mm - 10.0).abs() < 1e-12 && (facts.feed_length_mm - 10.0).abs() < 1e-12);
-    assert_eq!((facts.lowest_mm, facts.highest_mm), ([0.0; 3], [20.0, 0.0, 0.0]));
+    let statistics = ProgramStatistics::of(read(), &machine).unwrap();
+    assert_eq!(
+        (statistics.blocks.dwell, statistics.blocks.rapid, statistics.blocks.linear, statistics.blocks.other),
+        (2, 2, 1, 1)
+    );
+    assert_eq!(statistics.dwell_s, 0.75);
+    assert!((statistics.rapid_length_mm - 10.0).abs() < 1e-12 && (statistics.feed_length_mm - 10.0).abs() < 1e-12);
+    assert_eq!((statistics.lowest_mm, statistics.highest_mm), ([0.0; 3], [20.0, 0.0, 0.0]));
     let periods: Vec<_> = ProgramRun::new(read(), &machine).unwrap().map(Result::unwrap).collect();
-    assert_eq!(periods.len() as u64, facts.samples);
+    assert_eq!(periods.len() as u64, statistics.samples);
     let resting = periods.iter().filter(|p| p.period.setpoint.position_mm.x == 10.0).count() as f64;
     assert!((resting * machine.settings.period_s - 0.5).abs() < 0.01, "{resting}");
     for p in &periods {
@@ -272,24 +277,25 @@ const PART: &str = "G0 X0 Y0 Z5\nG1 Z0 F600\nX20 F3000\nG3 X20 Y20 I0 J10\nG1 X0
 #[test]
 fn observers_see_a_program_as_any_run() {
     let machine = machine();
-    let facts = ProgramFacts::of(read(PART), &machine).unwrap();
+    let statistics = ProgramStatistics::of(read(PART), &machine).unwrap();
     let limits = Limits { contour_error_um: Some(0.5), ..Limits::default() };
     let mut told = Told::default();
     let mut summary = SummaryObserver::<3>::new("part");
-    let mut data = RunData::new(RunFacts::default());
-    let mut recorder = Recorder::new(Vec::new(), Facts::new("part", "")).unwrap();
+    let mut data = RunData::new(RunMetadata::default());
+    let mut recorder = Recorder::new(Vec::new(), RecordingMetadata::new("part", "")).unwrap();
     let program = ProgramRun::new(read(PART), &machine).unwrap();
-    let ending = program.run(&facts, &limits, None, &mut [&mut told, &mut summary, &mut data, &mut recorder]).unwrap();
+    let ending =
+        program.run(&statistics, &limits, None, &mut [&mut told, &mut summary, &mut data, &mut recorder]).unwrap();
     assert_eq!(ending, Ending::Complete);
-    assert_eq!(told.periods, facts.samples);
+    assert_eq!(told.periods, statistics.samples);
     let lines: Vec<_> = told.places.iter().map(|(_, place)| (place.line, place.rapid)).collect();
     assert_eq!(lines, [(1, true), (2, false), (3, false), (4, false), (5, false), (6, false), (7, true)]);
     assert!(told.events.iter().any(|event| matches!(event, Event::LimitPassed { name: "contour_error_um", .. })));
     let summary = summary.summary();
     assert!(summary.complete && summary.axes.len() == 3 && summary.axes[2].axis == "z");
-    assert!((summary.path_length_mm - facts.length_mm).abs() < 1e-12);
+    assert!((summary.path_length_mm - statistics.length_mm).abs() < 1e-12);
     assert!(summary.axes.iter().all(|axis| axis.peak_voltage_v > 0.1));
-    assert!(data.facts().three_axes && data.samples().iter().any(|sample| sample.voltage_v[2].abs() > 0.1));
+    assert!(data.metadata().three_axes && data.samples().iter().any(|sample| sample.voltage_v[2].abs() > 0.1));
 
     let bytes = recorder.finish(&summary).unwrap().writer;
     let mut samples = 0;
@@ -326,13 +332,13 @@ fn observers_see_a_program_as_any_run() {
                 .zip(&heights)
                 .all(|(s, of)| { [s.actual_mm[2], s.nearest_mm[2], s.voltage_v[2], of[3], f64::from(s.rapid)] == *of })
     );
-    assert_eq!(samples, facts.samples);
+    assert_eq!(samples, statistics.samples);
     assert!(recording.plan.contains_key("voltage_limit_z_v"));
     assert!(recording.topics.iter().any(|topic| topic.schema == "servosim.Servo3"));
 
     let stop = std::sync::atomic::AtomicBool::new(true);
     let program = ProgramRun::new(read(PART), &machine).unwrap();
-    assert_eq!(program.run(&facts, &limits, Some(&stop), &mut []).unwrap(), Ending::Interrupted);
+    assert_eq!(program.run(&statistics, &limits, Some(&stop), &mut []).unwrap(), Ending::Interrupted);
 }
 
 #[test]
@@ -345,10 +351,10 @@ fn a_long_program_is_a_stream() {
         [x, 2.0 * (0.1 * x).sin(), 0.0]
     };
     let source = || (0..count).map(move |i| Ok(linear(i + 1, point(i), point(i + 1))));
-    let facts = ProgramFacts::of(source(), &machine).unwrap();
-    assert_eq!(facts.blocks.linear, count as u64);
-    assert!(facts.points_mm.len() <= servosim::machining::MAX_DRAWN_POINTS);
-    let last = facts.points_mm.last().unwrap();
+    let statistics = ProgramStatistics::of(source(), &machine).unwrap();
+    assert_eq!(statistics.blocks.linear, count as u64);
+    assert!(statistics.points_mm.len() <= servosim::machining::MAX_DRAWN_POINTS);
+    let last = statistics.points_mm.last().unwrap();
     assert!((last - Vector3::from(point(count))).norm() < 1e-12);
     let mut program = ProgramRun::new(source(), &machine).unwrap();
     let mut most = 0;
@@ -372,7 +378,7 @@ fn the_contouring_error_is_that_of_the_whole_path() {
     let mut machine = machine();
     machine.corner_velocity_step_mm_s = 60.0;
     let text = "G1 X0 Y0 Z0 F6000\nX3\nY3\nG2 X6 Y0 I3 J0\nG1 X8 Z2\nX9\nX9.1\nY0.1\nX9.2 Y3\n";
-    let shapes: Vec<_> = Shapes::new(read(text)).map(|motion| motion.unwrap().shape).collect();
+    let shapes: Vec<_> = MotionReader::new(read(text)).map(|motion| motion.unwrap().shape).collect();
     for p in run(text, &machine) {
         let period = &p.period;
         let reach = PI * 1e-3 * period.tracking_error_um + 1e-6;
@@ -396,7 +402,7 @@ fn the_contouring_error_is_that_of_the_whole_path() {
 
 fn fault(all: &[Block]) -> ProgramError {
     let machine = machine();
-    let error = ProgramFacts::of(blocks(all), &machine).unwrap_err();
+    let error = ProgramStatistics::of(blocks(all), &machine).unwrap_err();
     let run = ProgramRun::new(blocks(all), &machine).and_then(|mut run| run.find_map(Result::err).map_or(Ok(()), Err));
     assert_eq!(run.unwrap_err().to_string(), error.to_string(), "both passes say the same");
     error
@@ -406,7 +412,7 @@ fn fault(all: &[Block]) -> ProgramError {
 fn bad_programs_say_where() {
     let machine = machine();
     let text = "G1 X0 Y0 Z0 F3000\nX10\nX20 Q7\n";
-    let error = ProgramFacts::of(read(text), &machine).unwrap_err();
+    let error = ProgramStatistics::of(read(text), &machine).unwrap_err();
     let ProgramError::Read(NcError::Syntax(syntax)) = &error else { panic!("{error}") };
     assert_eq!((syntax.line(), syntax.column()), (3, 5), "{error}");
     assert!(matches!(
@@ -414,7 +420,7 @@ fn bad_programs_say_where() {
         Err(ProgramError::Read(_))
     ));
     // No feed before the first motion at the feed.
-    assert!(matches!(ProgramFacts::of(read("G0 X0 Y0 Z0\nG1 X10\n"), &machine), Err(ProgramError::Read(_))));
+    assert!(matches!(ProgramStatistics::of(read("G0 X0 Y0 Z0\nG1 X10\n"), &machine), Err(ProgramError::Read(_))));
 
     let (zero, x) = ([0.0; 3], [1.0, 0.0, 0.0]);
     let motion = |error| match error {
@@ -440,7 +446,7 @@ fn bad_programs_say_where() {
     let knots = vec![0.0, 0.0, 0.0, 1.0, 1.0, 1.0];
     assert!(matches!(motion(fault(&[curve(knots.clone(), f64::NAN)])), (4, MotionFault::Nurbs(_))));
     assert!(matches!(motion(fault(&[curve(vec![0.0; 5], 1.0)])), (4, MotionFault::Nurbs(_))));
-    assert!(ProgramFacts::of(blocks(&[curve(knots, 2.0)]), &machine).is_ok());
+    assert!(ProgramStatistics::of(blocks(&[curve(knots, 2.0)]), &machine).is_ok());
     let arc = |centre_mm| Block {
         action: Action::Arc(Arc { plane: Plane::Xy, clockwise: false, centre_mm }),
         ..linear(5, zero, x)
@@ -455,15 +461,15 @@ fn bad_programs_say_where() {
         ("lateral_accel_mm_s2", Machine { lateral_accel_mm_s2: f64::INFINITY, ..machine }),
         ("corner_velocity_step_mm_s", Machine { corner_velocity_step_mm_s: -1.0, ..machine }),
     ] {
-        let error = ProgramFacts::of(read(PART), &bad).unwrap_err();
+        let error = ProgramStatistics::of(read(PART), &bad).unwrap_err();
         assert!(error.to_string().contains(name), "{error}");
         assert!(ProgramRun::new(read(PART), &bad).is_err());
     }
     let slow = Machine { settings: LoopSettings { period_s: 0.0, ..machine.settings }, ..machine };
-    assert!(matches!(ProgramFacts::of(read(PART), &slow), Err(ProgramError::Simulation(_))));
+    assert!(matches!(ProgramStatistics::of(read(PART), &slow), Err(ProgramError::Simulation(_))));
     // A dwell of eleven days in periods of 1 ms is more than a run may take.
     let long = [dwell(1e6), dwell(1e6)];
-    assert!(ProgramFacts::of(blocks(&long), &machine).is_err());
+    assert!(ProgramStatistics::of(blocks(&long), &machine).is_err());
 }
 
 #[test]
@@ -471,10 +477,10 @@ fn programs_without_motion_rest() {
     let machine = machine();
     for text in ["", "M3 S100\n(nothing)\nM30\n", "G1 X0 Y0 Z0 F100\nX0\nX0 Y0\n", "G0 X0 Y0 Z0\nG4 F0.1\n"] {
         let read = || read(text);
-        let facts = ProgramFacts::of(read(), &machine).unwrap();
+        let statistics = ProgramStatistics::of(read(), &machine).unwrap();
         let periods: Vec<_> = ProgramRun::new(read(), &machine).unwrap().map(Result::unwrap).collect();
-        assert_eq!(periods.len() as u64, facts.samples, "{text}");
-        assert_eq!(facts.length_mm, 0.0);
+        assert_eq!(periods.len() as u64, statistics.samples, "{text}");
+        assert_eq!(statistics.length_mm, 0.0);
         assert!(periods.iter().all(|p| p.period.contour_error_um == 0.0), "{text}");
     }
 }

@@ -3,7 +3,7 @@
 #[path = "../common/mod.rs"]
 mod common;
 
-mod drop;
+mod drop_cutter;
 mod guide;
 mod guide_forms;
 mod machining;

@@ -11,7 +11,7 @@ use servosim::nc::{Action, Decimals, Dialect, Writing};
 use servosim::toolpath::fit::Method;
 use servosim::toolpath::guide::{Contour, Region};
 use servosim::toolpath::plan::{Form, Move, Options, Order, PlanError, StepForm, ToolPath, plan};
-use servosim::toolpath::{Cutter, DesignSurface, Rest, SurfaceTop, stepover};
+use servosim::toolpath::{ContactLocation, Cutter, DesignSurface, SurfaceTop, stepover};
 
 type P2 = Vector2<f64>;
 type P3 = Vector3<f64>;
@@ -44,7 +44,7 @@ impl DesignSurface for Graph {
         inside.then(|| SurfaceTop { z_mm: (self.f)(x, y)[0], normal: self.normal(x, y) })
     }
 
-    fn rest(&self, cutter: &Cutter, x: f64, y: f64) -> Option<Rest> {
+    fn rest(&self, cutter: &Cutter, x: f64, y: f64) -> Option<ContactLocation> {
         assert!(cutter.is_ball());
         if !(x.abs() <= self.bounds[1].x && y.abs() <= self.bounds[1].y) {
             return None;
@@ -61,7 +61,7 @@ impl DesignSurface for Graph {
             }
         }
         let (z, normal) = ((self.f)(q.x, q.y)[0], self.normal(q.x, q.y));
-        Some(Rest { tip_z_mm: z + r * normal.z - r, contact_mm: P3::new(q.x, q.y, z), normal })
+        Some(ContactLocation { tip_z_mm: z + r * normal.z - r, contact_mm: P3::new(q.x, q.y, z), normal })
     }
 }
 
@@ -246,7 +246,7 @@ fn check(surface: &Graph, region: &Region, options: &Options) -> ToolPath {
     chain_ends(&path);
     for straight in [false, true] {
         let (gouge, ridge, at) = machined(surface, cutter, &path, straight, 0.3);
-        let f = path.facts;
+        let f = path.statistics;
         assert!(gouge <= f.path_tolerance_mm + 1e-9, "gouge {gouge} of {f:?} {options:?}");
         assert!(ridge <= options.scallop_mm * 1.003, "ridge {ridge} at {at} of {f:?} {options:?}");
         // And not for nothing.
@@ -269,21 +269,21 @@ fn validates_step_overs_in_closed_form() {
         // A plane of any slope: the passes are closest where they run along its contour lines, and that is where rings are held to it.
         // (The innermost step may be less.)
         let path = plan(&plane(slope, 0.0), cutter, &disc(8.0), &Options { step, ..options(0.3, 0.01) }).unwrap();
-        let h = path.facts.planned_scallop_mm;
+        let h = path.statistics.planned_scallop_mm;
         let w = stepover::flat_mm(5.0, h).unwrap() / (1.0_f64 + slope * slope).sqrt();
-        let got = path.facts.largest_step_mm;
+        let got = path.statistics.largest_step_mm;
         assert!((got - w).abs() < 0.02 * w, "{step:?} {slope}: {got} {w}");
     }
     // A cap: contacts are w apart on the sphere, the axes (R + r)/R times that along the arc's chord; in plan least where
     // it is steepest, so that on a small cap it is nearly that.
     for (step, radius) in [(StepForm::Measured, 60.0), (StepForm::Exact, -60.0)] {
         let path = plan(&cap(radius), cutter, &disc(6.0), &Options { step, ..options(0.1, 0.005) }).unwrap();
-        let h = path.facts.planned_scallop_mm;
+        let h = path.statistics.planned_scallop_mm;
         let w = stepover::exact_mm(5.0, h, radius).unwrap() * (radius + 5.0) / radius;
         // Slope of the axis' chord from ring to ring at the edge.
         let least = w * (1.0 - (6.0 / (radius + 5.0)).powi(2)).sqrt();
         // As on planes the innermost step may be less.
-        let got = path.facts.largest_step_mm;
+        let got = path.statistics.largest_step_mm;
         assert!(got < w * 1.003 && got > least * 0.985, "{step:?} {radius}: {least} {got} {w}");
     }
 }
@@ -315,7 +315,7 @@ fn validates_every_ring_is_cut_once_and_links_rest_on_the_surface() {
                 .iter()
                 .filter_map(|m| if let Move::Cut { stretch, .. } = m { Some(stretch) } else { None })
                 .collect();
-            assert_eq!(cuts.len(), path.facts.rings);
+            assert_eq!(cuts.len(), path.statistics.rings);
             for cut in &cuts {
                 assert_eq!(cut.straight_mm[0], cut.straight_mm[cut.straight_mm.len() - 1]);
             }
@@ -325,14 +325,14 @@ fn validates_every_ring_is_cut_once_and_links_rest_on_the_surface() {
                         let (low, high) = link.curve.domain();
                         let at = link.curve.point_mm(low + (high - low) * f64::from(k) / 50.0);
                         let rest = surface.rest(&ball(5.0), at.x, at.y).unwrap();
-                        assert!((at.z - rest.tip_z_mm).abs() < 2.0 * path.facts.path_tolerance_mm);
+                        assert!((at.z - rest.tip_z_mm).abs() < 2.0 * path.statistics.path_tolerance_mm);
                     }
                 }
             }
-            // Fewest air moves: one less than there are rings without children.
+            // Fewest rapid moves: one less than there are rings without children.
             let leaves = (0..path.rings.len()).filter(|&i| path.rings.iter().all(|r| r.parent != Some(i))).count();
             let plunges = path.moves.iter().filter(|m| matches!(m, Move::Plunge { .. })).count();
-            assert_eq!((path.facts.air_moves, plunges), (leaves - 1, leaves));
+            assert_eq!((path.statistics.air_moves, plunges), (leaves - 1, leaves));
         }
     }
 }
@@ -350,7 +350,7 @@ fn patch() -> Graph {
 
 fn lines(path: &ToolPath, shape: Blocks) -> servosim::nc::Written {
     let program = program(path, &Feeds { cut_mm_min: 3000.0, plunge_mm_min: 500.0 }, shape);
-    let mut writing = Writing { tolerance_mm: path.facts.rounding_mm, ..Writing::new(Dialect::Siemens) };
+    let mut writing = Writing { tolerance_mm: path.statistics.rounding_mm, ..Writing::new(Dialect::Siemens) };
     writing.decimals = Decimals::choose(&program.blocks, &writing).unwrap();
     let mut text = Vec::new();
     let written = program.write(&mut text, writing).unwrap();
@@ -365,10 +365,10 @@ fn validates_the_programs_of_a_tool_path() {
     let path = plan(&patch(), ball(5.0), &disc(15.0), &options(0.4, 0.01)).unwrap();
     let (nurbs, straight) = (lines(&path, Blocks::Nurbs), lines(&path, Blocks::Straight));
     // One curve a ring; links are straight or curves.
-    assert!(nurbs.curves >= path.facts.rings && nurbs.curves < 2 * path.facts.rings);
+    assert!(nurbs.curves >= path.statistics.rings && nurbs.curves < 2 * path.statistics.rings);
     assert_eq!((straight.curves, straight.rapid), (0, nurbs.rapid));
     assert!(nurbs.lines < straight.lines, "{nurbs:?} {straight:?}");
-    assert!(nurbs.rounding_mm <= path.facts.rounding_mm);
+    assert!(nurbs.rounding_mm <= path.statistics.rounding_mm);
 }
 
 #[test]
@@ -396,6 +396,6 @@ fn bad_input_is_named() {
 #[test]
 fn a_region_narrower_than_the_step_over_gets_one_ring() {
     let path = plan(&plane(0.0, 0.0), ball(5.0), &rectangle(15.0, 0.5), &Options::new(0.25, 0.01)).unwrap();
-    assert_eq!(path.facts.rings, 1);
-    assert_eq!(path.facts.air_moves, 0);
+    assert_eq!(path.statistics.rings, 1);
+    assert_eq!(path.statistics.air_moves, 0);
 }

@@ -10,7 +10,7 @@ use rand::{RngExt, SeedableRng};
 use rand_xoshiro::Xoshiro256PlusPlus;
 use servosim::machining::{DeviationMap, HeightField, HeightFieldError, MapRegion};
 use servosim::toolpath::stepover::{exact_mm, flat_mm};
-use servosim::toolpath::{Cutter, DesignSurface, Rest, SurfaceTop};
+use servosim::toolpath::{ContactLocation, Cutter, DesignSurface, SurfaceTop};
 
 type Point = Vector3<f64>;
 
@@ -32,8 +32,8 @@ impl<F: Fn(f64, f64) -> (f64, [f64; 2]) + Send + Sync> DesignSurface for Graph<F
         })
     }
 
-    fn rest(&self, cutter: &Cutter, x: f64, y: f64) -> Option<Rest> {
-        let mut best: Option<Rest> = None;
+    fn rest(&self, cutter: &Cutter, x: f64, y: f64) -> Option<ContactLocation> {
+        let mut best: Option<ContactLocation> = None;
         let steps = 60;
         for i in -steps..=steps {
             for j in -steps..=steps {
@@ -42,7 +42,7 @@ impl<F: Fn(f64, f64) -> (f64, [f64; 2]) + Send + Sync> DesignSurface for Graph<F
                 let Some(top) = self.top(x + dx, y + dy) else { continue };
                 if best.is_none_or(|best| top.z_mm - rise > best.tip_z_mm) {
                     let contact_mm = Point::new(x + dx, y + dy, top.z_mm);
-                    best = Some(Rest { tip_z_mm: top.z_mm - rise, contact_mm, normal: top.normal });
+                    best = Some(ContactLocation { tip_z_mm: top.z_mm - rise, contact_mm, normal: top.normal });
                 }
             }
         }
@@ -257,20 +257,20 @@ fn validates_the_scallop_of_parallel_passes_on_level_and_inclined_planes() {
             for [from, to] in passes(slope, &ball, (-32..=32).map(|k| f64::from(k) * step)) {
                 field.cut(&ball, from, to).unwrap();
             }
-            let figures = DeviationMap::of(&mut field, &plane(slope), None).figures(-0.01..=1e3 * h + 0.01);
-            let largest = figures.largest_excess_um();
+            let metrics = DeviationMap::of(&mut field, &plane(slope), None).metrics(-0.01..=1e3 * h + 0.01);
+            let largest = metrics.largest_excess_um();
             // A cell's centre is at most half a cell from the ridge; there the flank of the scallop falls by w/2r a millimetre.
             let missed = 1e3 * 0.01 * (1.0 + slope * slope).sqrt() * 0.5 * w / 5.0 * 1.1;
             assert!(largest <= 1e3 * h + 1e-3 && largest > 1e3 * h - missed, "slope {slope}: {largest} of {h}");
-            assert!(figures.deepest_gouge_um() < 1e-3, "{figures:?}");
-            assert_eq!((figures.uncut, figures.within_share), (0, 1.0));
+            assert!(metrics.deepest_gouge_um() < 1e-3, "{metrics:?}");
+            assert_eq!((metrics.uncut, metrics.within_share), (0, 1.0));
             // Mean of a parabola's arch: a third of its height; rms 1/√5.
-            assert!((figures.mean_um / (1e3 * h / 3.0) - 1.0).abs() < 0.1, "{figures:?}");
-            assert!((figures.rms_um / (1e3 * h / 5.0_f64.sqrt()) - 1.0).abs() < 0.1, "{figures:?}");
+            assert!((metrics.mean_um / (1e3 * h / 3.0) - 1.0).abs() < 0.1, "{metrics:?}");
+            assert!((metrics.rms_um / (1e3 * h / 5.0_f64.sqrt()) - 1.0).abs() < 0.1, "{metrics:?}");
             // The ball touches beside its axis, and the ridge stands square on the plane.
             let sine = slope / (1.0 + slope * slope).sqrt();
-            let place = (figures.largest.unwrap().at_mm[1] - (5.0 - h) * sine) / step - 0.5;
-            assert!((place - place.round()).abs() * step <= 0.011, "{figures:?}");
+            let place = (metrics.largest.unwrap().at_mm[1] - (5.0 - h) * sine) / step - 0.5;
+            assert!((place - place.round()).abs() * step <= 0.011, "{metrics:?}");
         }
     }
 }
@@ -296,9 +296,9 @@ fn validates_the_scallop_of_rings_on_a_sphere() {
         field.cut_along(&ball, &path).unwrap();
     }
     let map = DeviationMap::of(&mut field, &sphere(radius, 13.0), None);
-    let figures = map.figures(-1.0..=51.0);
-    assert!((figures.largest_excess_um() - 1e3 * h).abs() < 0.5, "{figures:?}");
-    assert!(figures.deepest_gouge_um() < 0.05, "{figures:?}");
+    let metrics = map.metrics(-1.0..=51.0);
+    assert!((metrics.largest_excess_um() - 1e3 * h).abs() < 0.5, "{metrics:?}");
+    assert!(metrics.deepest_gouge_um() < 0.05, "{metrics:?}");
     // The exact distance to a sphere, cell by cell.
     let [columns, _] = map.size();
     let heights = field.heights_mm().to_vec();
@@ -321,8 +321,8 @@ fn validates_the_distance_to_a_steep_curved_surface() {
             let mut field = HeightField::new([place.x - 0.005, -0.005], [place.x + 0.005, 0.005], 0.01).unwrap();
             let tip = Point::new(place.x, 0.0, place.z);
             field.cut(&Cutter::flat(1.0).unwrap(), tip, tip).unwrap();
-            let figures = DeviationMap::of(&mut field, &surface, None).figures(0.0..=1.0);
-            let found = figures.largest.unwrap().value_um;
+            let metrics = DeviationMap::of(&mut field, &surface, None).metrics(0.0..=1.0);
+            let found = metrics.largest.unwrap().value_um;
             assert!((found - 1e3 * off).abs() < 0.02, "{off} at {share}: {found}");
         }
     }
@@ -341,25 +341,25 @@ fn a_gouge_is_found_where_it_is() {
     let mut gouged = field.clone();
     gouged.cut_along(&ball, &[Point::new(2.0, -4.55, 0.0), dip, Point::new(4.0, -4.55, 0.0)]).unwrap();
     let map = DeviationMap::of(&mut gouged, &plane(0.0), None);
-    let figures = map.figures(-10.0..=10.0);
-    let gouge = figures.least.unwrap();
+    let metrics = map.metrics(-10.0..=10.0);
+    let gouge = metrics.least.unwrap();
     assert!((gouge.value_um + 37.0).abs() < 1e-4, "{gouge:?}");
     assert!((gouge.at_mm[0] - 3.15).abs() < 1e-9 && (gouge.at_mm[1] + 4.55).abs() < 1e-9, "{gouge:?}");
-    assert!(figures.within_share < 1.0 && figures.within_share > 0.9, "{figures:?}");
+    assert!(metrics.within_share < 1.0 && metrics.within_share > 0.9, "{metrics:?}");
     // What the dip changed, and nothing else.
-    let worst = map.minus(&nominal).unwrap().figures(0.0..=0.0).worst().unwrap();
+    let worst = map.minus(&nominal).unwrap().metrics(0.0..=0.0).worst().unwrap();
     // On the ridge 0.2 mm beside it: 33 µm deep where there was a scallop of 6.25 µm.
     assert!((worst.at_mm[1] + 4.75).abs() < 1e-9 && (worst.value_um + 39.25).abs() < 0.01, "{worst:?}");
     // Within a region beside it, it is not there; the margin keeps the border out.
     let square = |low: f64, high: f64| vec![[low, low], [high, low], [high, high], [low, high]];
     let beside = MapRegion { polygons_mm: vec![square(-2.0, 9.0)], margin_mm: 1.0, cutter: None };
     let region = DeviationMap::of(&mut gouged, &plane(0.0), Some(&beside));
-    let figures = region.figures(0.0..=7.0);
-    assert_eq!((figures.cells, figures.uncut), (90 * 90, 0), "9 mm square of 0.1 mm cells");
-    assert!(figures.deepest_gouge_um() < 1e-9);
+    let metrics = region.metrics(0.0..=7.0);
+    assert_eq!((metrics.cells, metrics.uncut), (90 * 90, 0), "9 mm square of 0.1 mm cells");
+    assert!(metrics.deepest_gouge_um() < 1e-9);
     let island = MapRegion { polygons_mm: vec![square(-9.0, 9.0), square(-6.0, 5.0)], margin_mm: 0.0, cutter: None };
     assert_eq!(
-        DeviationMap::of(&mut gouged, &plane(0.0), Some(&island)).figures(0.0..=0.0).cells,
+        DeviationMap::of(&mut gouged, &plane(0.0), Some(&island)).metrics(0.0..=0.0).cells,
         180 * 180 - 110 * 110
     );
 }
@@ -371,14 +371,14 @@ fn uncut_cells_and_cells_beside_the_surface_are_told_apart() {
     let mut field = HeightField::new([-5.0, -5.0], [5.0, 5.0], 0.5).unwrap();
     field.cut(&ball, Point::new(-9.0, 0.0, 0.0), Point::new(9.0, 0.0, 0.0)).unwrap();
     let map = DeviationMap::of(&mut field, &small, None);
-    let figures = map.figures(0.0..=1e9);
+    let metrics = map.metrics(0.0..=1e9);
     // 16 × 16 cells of the surface, 8 rows of them within 2 mm of the pass.
-    assert_eq!((figures.cells, figures.uncut), (16 * 8, 16 * 8));
-    assert_eq!(figures.within_share, 0.5);
+    assert_eq!((metrics.cells, metrics.uncut), (16 * 8, 16 * 8));
+    assert_eq!(metrics.within_share, 0.5);
     assert_eq!(map.values_um().iter().filter(|value| value.is_nan()).count(), 400 - 256);
     let nothing = DeviationMap::of(&mut HeightField::new([0.0; 2], [1.0; 2], 0.1).unwrap(), &small, None);
-    let figures = nothing.figures(0.0..=1.0);
-    assert_eq!((figures.cells, figures.uncut, figures.largest, figures.worst()), (0, 100, None, None));
+    let metrics = nothing.metrics(0.0..=1.0);
+    assert_eq!((metrics.cells, metrics.uncut, metrics.largest, metrics.worst()), (0, 100, None, None));
     assert!(nothing.percentiles_um(&[0.5]).is_empty() && nothing.minus(&map).is_none());
 }
 

@@ -6,8 +6,8 @@ use rand_xoshiro::Xoshiro256PlusPlus;
 use servosim::feedrate::{AxisLimited, AxisLimits, FeedOverride, Motion, OverrideStep, PathShape, Profile};
 use servosim::path::{Cursor, Path, PhSpline};
 
-fn step(at_s: f64, share: f64, transition_s: f64) -> OverrideStep {
-    OverrideStep { at_s, share, transition_s }
+fn step(at_s: f64, ratio: f64, transition_s: f64) -> OverrideStep {
+    OverrideStep { at_s, ratio, transition_s }
 }
 
 fn under(plan: &Motion, steps: &[OverrideStep]) -> Motion {
@@ -36,7 +36,7 @@ fn turned(rng: &mut Xoshiro256PlusPlus, total_s: f64, most: f64) -> Vec<Override
     let count = rng.random_range(1..7);
     let mut steps: Vec<OverrideStep> = (0..count)
         .map(|_| {
-            let share = match rng.random_range(0..4) {
+            let ratio = match rng.random_range(0..4) {
                 0 => 0.0,
                 1 => 1.0,
                 _ => rng.random_range(0.0..most),
@@ -45,7 +45,7 @@ fn turned(rng: &mut Xoshiro256PlusPlus, total_s: f64, most: f64) -> Vec<Override
                 0 => rng.random_range(0.001..0.2) * total_s,
                 _ => 0.0,
             };
-            step(rng.random_range(0.0..1.5) * total_s, share, transition_s)
+            step(rng.random_range(0.0..1.5) * total_s, ratio, transition_s)
         })
         .collect();
     if rng.random_bool(0.3) {
@@ -66,7 +66,7 @@ fn stands_where_held(motion: &Motion) -> u32 {
     let changes = motion.overrides();
     let mut holds = 0;
     for (i, change) in changes.iter().enumerate() {
-        if change.share == 0.0 && change.reached == 0.0 && !change.after_the_end {
+        if change.ratio == 0.0 && change.reached == 0.0 && !change.after_the_end {
             let from = change.at_s + change.transition_s;
             let to = changes.get(i + 1).map_or(from, |next| next.at_s);
             let at_rest = motion.at(from + 1e-9 * (1.0 + from));
@@ -108,7 +108,7 @@ fn changes_keep_the_limits_of_the_plan_wherever_they_fall() {
         let peaks = plan.peaks();
         let used = used(&motion, peaks.accel_mm_s2, peaks.jerk_mm_s3, 8000);
         worst = [worst[0].max(used[0]), worst[1].max(used[1])];
-        if !used.iter().all(|share| *share <= KEPT) {
+        if !used.iter().all(|ratio| *ratio <= KEPT) {
             println!("case {case}: {used:?} {plan:?}\n{steps:?}\n{:?}", motion.overrides());
         }
         assert_eq!(motion.at(motion.total_s()).s_mm, plan.length_mm());
@@ -119,7 +119,7 @@ fn changes_keep_the_limits_of_the_plan_wherever_they_fall() {
         );
         holds += stands_where_held(&motion);
     }
-    assert!(holds > 20 && worst.iter().all(|share| *share <= KEPT), "{worst:?}, {holds} holds");
+    assert!(holds > 20 && worst.iter().all(|ratio| *ratio <= KEPT), "{worst:?}, {holds} holds");
 }
 
 const CASES: usize = 60;
@@ -168,13 +168,13 @@ fn changes_keep_the_limits_of_the_axes() {
             let motion = planner.with_override(&plan, &FeedOverride { steps: steps.clone() }, shape(&path)).unwrap();
             let used = used_by_axes(&path, &motion, &limits, 5000);
             worst = std::array::from_fn(|i| worst[i].max(used[i]));
-            if !used.iter().all(|share| *share <= KEPT) {
+            if !used.iter().all(|ratio| *ratio <= KEPT) {
                 println!("case {case}: {used:?} {limits:?}\n{steps:?}\n{:?}", motion.overrides());
             }
             holds += stands_where_held(&motion);
         }
     }
-    assert!(holds > 20 && worst.iter().all(|share| *share <= KEPT), "{worst:?}, {holds} holds");
+    assert!(holds > 20 && worst.iter().all(|ratio| *ratio <= KEPT), "{worst:?}, {holds} holds");
 }
 
 #[test]
@@ -190,7 +190,7 @@ fn a_hold_under_limits_of_the_axes_is_prompt() {
         let how = FeedOverride { steps: vec![step(at_s, 0.0, 0.0), step(at_s + 0.4, 1.0, 0.0)] };
         let motion = planner.with_override(&plan, &how, shape(&path)).unwrap();
         let used = used_by_axes(&path, &motion, &limits, 3000);
-        assert!(used.iter().all(|share| *share <= KEPT), "{at_s}: {used:?}");
+        assert!(used.iter().all(|ratio| *ratio <= KEPT), "{at_s}: {used:?}");
         longest = longest.max(motion.overrides()[0].transition_s);
         sum += motion.overrides()[0].transition_s;
     }

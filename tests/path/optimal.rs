@@ -144,9 +144,9 @@ fn limits_hold_between_grid_points_on_random_splines() {
         let times = 10 * u32::try_from(plan.grid_points).unwrap();
         let used = used(&planner, &path, &plan.motion, times);
         let case = format!("{points:?} {planner:?} {used:?} {} {} {}", plan.rounds, plan.worst_share, plan.grid_points);
-        assert!(used.iter().all(|share| *share <= 1.001), "{case}");
+        assert!(used.iter().all(|ratio| *ratio <= 1.001), "{case}");
         // Something is always at its limit.
-        assert!(used.iter().any(|share| *share > 0.99), "{case}");
+        assert!(used.iter().any(|ratio| *ratio > 0.99), "{case}");
         assert!(plan.gap <= 1e-3, "{case} {}", plan.gap);
         let motion = &plan.motion;
         let (start, end) = (motion.at(0.0), motion.at(motion.total_s()));
@@ -174,7 +174,7 @@ fn regression_times_of_alpha_and_heart() {
         let motion = plan(&planner, &path).motion;
         assert!((motion.total_s() / time_s - 1.0).abs() < 5e-4, "{} {time_s}", motion.total_s());
         let used = used(&planner, &path, &motion, 20_000);
-        assert!(used.iter().all(|share| *share <= 1.001), "{used:?}");
+        assert!(used.iter().all(|ratio| *ratio <= 1.001), "{used:?}");
     }
 }
 
@@ -255,8 +255,8 @@ fn bad_input_is_told() {
     }
 }
 
-fn step(at_s: f64, share: f64, transition_s: f64) -> OverrideStep {
-    OverrideStep { at_s, share, transition_s }
+fn step(at_s: f64, ratio: f64, transition_s: f64) -> OverrideStep {
+    OverrideStep { at_s, ratio, transition_s }
 }
 
 #[test]
@@ -264,7 +264,7 @@ fn validates_an_override_against_its_differences_and_keeps_the_path() {
     let planner = AxisLimited::new(planar(150.0, 2000.0, 50_000.0));
     let plan = plan(&planner, &alpha()).motion;
     let transition_s = 0.1;
-    let step = |at_s: f64, share: f64| step(at_s, share, transition_s);
+    let step = |at_s: f64, ratio: f64| step(at_s, ratio, transition_s);
     // Half the feed, a hold, and on with the plan.
     let how = FeedOverride { steps: vec![step(0.1, 0.5), step(0.4, 0.0), step(0.8, 1.0)] };
     let motion = plan.with_override(&how).unwrap();
@@ -320,24 +320,24 @@ fn validates_changes_of_the_override_on_a_cruise_against_the_shortest_there_are(
         let shares = [rng.random_range(0.0..0.9), 0.0, rng.random_range(1.2..2.0), 1.0];
         let (mut steps, mut at_s, mut from) = (Vec::new(), line.phase_s() + 0.01, 1.0_f64);
         let mut shortest = Vec::new();
-        for share in shares {
+        for ratio in shares {
             // Jerk, constant acceleration, jerk: between two feeds.
-            let change = feed * (share - from).abs();
+            let change = feed * (ratio - from).abs();
             let time = if change * jerk <= accel * accel {
                 2.0 * (change / jerk).sqrt()
             } else {
                 change / accel + accel / jerk
             };
-            steps.push(step(at_s, share, 0.0));
+            steps.push(step(at_s, ratio, 0.0));
             shortest.push(time);
-            (at_s, from) = (at_s + 1.5 * time + 0.1, share);
+            (at_s, from) = (at_s + 1.5 * time + 0.1, ratio);
         }
         let end = at_s;
         let motion = line.with_override(&FeedOverride { steps }).unwrap();
         for (change, shortest) in motion.overrides().iter().zip(&shortest) {
             let longer = change.transition_s / shortest;
             assert!((0.999..1.12).contains(&longer), "case {case}: {change:?} {shortest}");
-            assert_eq!(change.reached, change.share);
+            assert_eq!(change.reached, change.ratio);
         }
         let (mut largest, mut before) = ([0.0_f64; 2], 0.0);
         for i in 0..=20_000 {
@@ -348,7 +348,7 @@ fn validates_changes_of_the_override_on_a_cruise_against_the_shortest_there_are(
             assert!(m.s_mm >= before * (1.0 - 1e-14), "case {case}: back at {i}");
             before = m.s_mm;
         }
-        assert!(largest.iter().all(|share| *share <= 1.001), "case {case}: {feed} {accel} {jerk} {largest:?}");
+        assert!(largest.iter().all(|ratio| *ratio <= 1.001), "case {case}: {feed} {accel} {jerk} {largest:?}");
         assert_eq!(motion.at(motion.total_s()).s_mm, 1e4);
     }
 }
@@ -375,7 +375,7 @@ fn overrides_that_cannot_be_are_told() {
     assert!(matches!(order, FeedrateError::OverrideOrder { step: 1, .. }), "{order}");
 }
 
-/// Points on a course whose direction swings without repeating itself.
+/// Points on a trajectory whose direction swings without repeating itself.
 fn wandering(count: u32, apart_mm: f64) -> PhSpline {
     let mut point = Vector2::zeros();
     let points: Vec<Vector2<f64>> = (0..count)
@@ -399,7 +399,7 @@ fn longer_paths_keep_the_limits_and_cost_in_proportion() {
         let plan = plan(&planner, &path);
         let times = 3 * u32::try_from(plan.grid_points).unwrap();
         let used = used(&planner, &path, &plan.motion, times);
-        assert!(used.iter().all(|share| *share <= 1.001), "{count}: {used:?}");
+        assert!(used.iter().all(|ratio| *ratio <= 1.001), "{count}: {used:?}");
         iterations.push(plan.iterations as f64);
     }
     assert!(iterations[1] < 1.6 * iterations[0], "{iterations:?}");

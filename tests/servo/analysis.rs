@@ -299,10 +299,10 @@ fn validates_the_loop_transfer_against_a_sinusoid_through_the_axis_loop() {
                 free.pdff.kpf_rad_mm = axis.pdff.kpf_rad_mm;
             }
             let omega = sampled.nyquist_rad_s() * 10f64.powf(rng.random_range(-2.0..-0.05));
-            let settle = samples_until(r, 30.0);
+            let anti_windup = samples_until(r, 30.0);
             let mut parts = [AxisLoop::new(&free, &settings, 0.0), AxisLoop::new(&free, &settings, 0.0)];
             let (mut ratio, mut voltage, mut theta) = (Complex::default(), Complex::default(), Complex::default());
-            for k in 0..=settle {
+            for k in 0..=anti_windup {
                 let phase = Complex::from_polar(1.0, omega * settings.period_s * k as f64);
                 let rate = phase * Complex::new(0.0, omega);
                 let re = parts[0].step(phase.re, rate.re);
@@ -319,10 +319,10 @@ fn validates_the_loop_transfer_against_a_sinusoid_through_the_axis_loop() {
                 Derivative::Backward => (Complex::new(1.0, 0.0) - z.inv()) / settings.period_s,
                 Derivative::Exact => Complex::new(0.0, omega),
             };
-            let demand = derivative * free.pdff.kpf_rad_mm + free.pdff.kpp_rad_s_mm;
+            let reference = derivative * free.pdff.kpf_rad_mm + free.pdff.kpp_rad_s_mm;
             let g = axis.drive.torque_to_voltage_v_nm * axis.pdff.kpv_nm_s_rad;
             let sum = Complex::new(settings.period_s * axis.pdff.kiv_1_s, 0.0) / (z - 1.0);
-            let asked = demand * (sum + axis.pdff.kvf) * g;
+            let asked = reference * (sum + axis.pdff.kvf) * g;
             let l = asked / voltage - 1.0;
             let ours = sampled.transfer(omega);
             assert!((l - ours).norm() < 1e-7 * ours.norm().max(1.0), "{l} {ours} {theta}");
@@ -356,9 +356,9 @@ fn margins_are_never_nan_whatever_the_parameters() {
         let settings = LoopSettings { period_s: pick(false), one_sample_delay: delay, ..LoopSettings::default() };
         let m = margins(&axis, &settings);
         let Margins { gain_down, gain_up, phase_margin_deg, crossover_rad_s, delay_margin_s, .. } = m;
-        let figures = [gain_down, gain_up, phase_margin_deg, crossover_rad_s, delay_margin_s, m.pole_radius];
+        let metrics = [gain_down, gain_up, phase_margin_deg, crossover_rad_s, delay_margin_s, m.pole_radius];
         let what = || format!("{axis:?} {settings:?} {m:?}");
-        assert!(figures.iter().all(|f| *f >= 0.0), "{}", what());
+        assert!(metrics.iter().all(|f| *f >= 0.0), "{}", what());
         assert!(gain_down <= 1.0 && gain_up >= 1.0, "{}", what());
         assert!(m.peak_sensitivity > 0.0 && m.peak_sensitivity_at_rad_s >= 0.0, "{}", what());
         if m.stable {
@@ -404,8 +404,8 @@ fn validates_the_error_constants_against_a_ramp_and_a_parabola_through_the_axis_
         let mut free = axis;
         free.drive.voltage_limit_v = f64::INFINITY;
         let (speed, accel) = (100.0, 1000.0);
-        // Long enough to settle to rounding, and for the constants from two points of the parabola.
-        let settle = samples_until(r, 35.0);
+        // Long enough to anti_windup to rounding, and for the constants from two points of the parabola.
+        let anti_windup = samples_until(r, 35.0);
         let error = |command: &dyn Fn(f64) -> (f64, f64), samples: usize| {
             let mut axis_loop = AxisLoop::new(&free, &settings, 0.0);
             let mut last = 0.0;
@@ -415,15 +415,15 @@ fn validates_the_error_constants_against_a_ramp_and_a_parabola_through_the_axis_
             }
             last
         };
-        let ramp = error(&|t| (speed * t, speed), settle);
+        let ramp = error(&|t| (speed * t, speed), anti_windup);
         let expected = constants.velocity_s * speed;
         assert!((ramp - expected).abs() < 1e-9 * speed, "{ramp} {expected} {axis:?} {settings:?}");
         let closed_form = (1.0 / 1.59 - axis.pdff.kpf_rad_mm) / axis.pdff.kpp_rad_s_mm;
         if axis.pdff.kiv_1_s > 0.0 {
             assert!((constants.velocity_s - closed_form).abs() < 1e-12 * (1.0 + closed_form.abs()));
         }
-        let parabola = error(&|t| (0.5 * accel * t * t, accel * t), settle);
-        let v = accel * settle as f64 * settings.period_s;
+        let parabola = error(&|t| (0.5 * accel * t * t, accel * t), anti_windup);
+        let v = accel * anti_windup as f64 * settings.period_s;
         let expected = constants.velocity_s * v + constants.acceleration_s2 * accel;
         // The position has grown to metres: 1e-16 of it, times the loop's own amplification.
         let tolerance = 1e-6 * (constants.acceleration_s2 * accel).abs() + 1e-12 * v * v / accel;
@@ -450,14 +450,14 @@ fn validates_the_step_response_against_powers_of_the_matrix() {
                 assert!((actual - exact[exact.len() - 1]).abs() < 1e-11);
                 state = &a * state;
             }
-            // The figures once more, from the samples alone.
-            let figures = response.figures.unwrap();
+            // The metrics once more, from the samples alone.
+            let metrics = response.metrics.unwrap();
             let peak = exact.iter().copied().fold(0.0, f64::max);
-            assert!((figures.overshoot_percent - 100.0 * (peak - 1.0).max(0.0)).abs() < 1e-8, "{peak} {figures:?}");
+            assert!((metrics.overshoot_percent - 100.0 * (peak - 1.0).max(0.0)).abs() < 1e-8, "{peak} {metrics:?}");
             let last_outside = exact.iter().rposition(|x| (x - 1.0).abs() > 0.02).unwrap() as f64 * 1e-3;
-            assert!((last_outside..=last_outside + 1e-3).contains(&figures.settling_s), "{figures:?}");
+            assert!((last_outside..=last_outside + 1e-3).contains(&metrics.settling_s), "{metrics:?}");
             let first = |level: f64| exact.iter().position(|x| *x >= level).unwrap() as f64 * 1e-3;
-            assert!((figures.rise_s - (first(0.9) - first(0.1))).abs() <= 1e-3, "{figures:?}");
+            assert!((metrics.rise_s - (first(0.9) - first(0.1))).abs() <= 1e-3, "{metrics:?}");
         }
     }
 }

@@ -8,7 +8,7 @@ use servosim::feedrate::{Motion, Profile};
 use servosim::limits::Limits;
 use servosim::path::{Circle, Cursor, Line, Path, PhSpline};
 use servosim::servo::{AxisParameters, Derivative, LoopSettings};
-use servosim::simulation::{Course, RunFigures, Simulation, SimulationError};
+use servosim::simulation::{ReferenceTrajectory, RunMetrics, Simulation, SimulationError};
 use servosim::summary::SummaryObserver;
 
 /// The axes with every gain, plant and voltage limit multiplied by a random factor up to `spread` either way.
@@ -28,12 +28,12 @@ fn around(rng: &mut Xoshiro256PlusPlus, axes: &[AxisParameters; 2], spread: f64)
 }
 
 /// The same run through the stream of periods.
-fn single(path: &dyn Path<2>, motion: &Motion, axes: [AxisParameters; 2], settings: LoopSettings) -> RunFigures<2> {
-    let mut figures = SummaryObserver::<2>::new("single");
+fn single(path: &dyn Path<2>, motion: &Motion, axes: [AxisParameters; 2], settings: LoopSettings) -> RunMetrics<2> {
+    let mut metrics = SummaryObserver::<2>::new("single");
     let simulation = Simulation::new(path, motion, axes, settings).unwrap();
-    simulation.run(&Limits::default(), None, &mut [&mut figures]).unwrap();
-    let summary = figures.summary();
-    RunFigures {
+    simulation.run(&Limits::default(), None, &mut [&mut metrics]).unwrap();
+    let summary = metrics.summary();
+    RunMetrics {
         max_contour_error_um: summary.max_contour_error_um,
         rms_contour_error_um: summary.rms_contour_error_um,
         max_tracking_error_um: summary.max_tracking_error_um,
@@ -45,7 +45,7 @@ fn single(path: &dyn Path<2>, motion: &Motion, axes: [AxisParameters; 2], settin
 }
 
 /// Holds a lane against its run: the loop bit for bit (the voltage shows it), positions to 1e-12 mm, the contouring error to 1 nm.
-fn assert_same(lane: &RunFigures<2>, run: &RunFigures<2>, what: &str) {
+fn assert_same(lane: &RunMetrics<2>, run: &RunMetrics<2>, what: &str) {
     assert_eq!(lane.peak_voltage_v.map(f64::to_bits), run.peak_voltage_v.map(f64::to_bits), "{what}");
     assert_eq!(lane.saturated_share.to_bits(), run.saturated_share.to_bits(), "{what}");
     assert_eq!(lane.locked_up, run.locked_up, "{what}");
@@ -66,13 +66,13 @@ fn validates_every_lane_against_its_single_run() {
             for one_sample_delay in [false, true] {
                 let settings = LoopSettings { derivative, one_sample_delay, ..LoopSettings::default() };
                 let motion = case.motion(PROFILE);
-                let course = Course::new(&case.path, &motion, settings).unwrap();
+                let trajectory = ReferenceTrajectory::new(&case.path, &motion, settings).unwrap();
                 let mut axes: Vec<_> = (0..19).map(|_| around(&mut rng, &case.axes, 1.15)).collect();
                 // Far too little gain locks up.
                 let mut weak = case.axes;
                 weak[0].plant.gain_rad_s_v *= 0.15;
                 axes.push(weak);
-                for (i, (lane, axes)) in course.run(&axes).unwrap().iter().zip(&axes).enumerate() {
+                for (i, (lane, axes)) in trajectory.run(&axes).unwrap().iter().zip(&axes).enumerate() {
                     let run = single(&case.path, &motion, *axes, settings);
                     assert_same(lane, &run, &format!("{} {settings:?} {i}: {axes:?}", case.name));
                     saturated += u32::from(run.saturated_share > 0.0);
@@ -116,9 +116,9 @@ fn validates_the_contouring_error_on_random_paths() {
             continue;
         }
         let settings = LoopSettings::default();
-        let course = Course::new(&*path, &motion, settings).unwrap();
+        let trajectory = ReferenceTrajectory::new(&*path, &motion, settings).unwrap();
         let axes: Vec<_> = (0..4).map(|_| around(&mut rng, &base, 1.2)).collect();
-        for (lane, axes) in course.run(&axes).unwrap().iter().zip(&axes) {
+        for (lane, axes) in trajectory.run(&axes).unwrap().iter().zip(&axes) {
             let run = single(&*path, &motion, *axes, settings);
             assert_same(lane, &run, &format!("case {case}, {} mm, {feed_mm_s} mm/s: {axes:?}", path.length_mm()));
             runs += 1;
@@ -132,18 +132,18 @@ fn a_result_does_not_depend_on_its_neighbours() {
     let mut rng = Xoshiro256PlusPlus::seed_from_u64(62);
     let case = Case::alpha();
     let motion = case.motion(PROFILE);
-    let course = Course::new(&case.path, &motion, LoopSettings::default()).unwrap();
+    let trajectory = ReferenceTrajectory::new(&case.path, &motion, LoopSettings::default()).unwrap();
     let axes: Vec<_> = (0..70).map(|_| around(&mut rng, &case.axes, 1.2)).collect();
-    let whole = course.run(&axes).unwrap();
+    let whole = trajectory.run(&axes).unwrap();
     for size in [1, 3, 16, 17] {
-        let pieces: Vec<_> = axes.chunks(size).flat_map(|chunk| course.run(chunk).unwrap()).collect();
+        let pieces: Vec<_> = axes.chunks(size).flat_map(|chunk| trajectory.run(chunk).unwrap()).collect();
         assert_eq!(whole, pieces, "in pieces of {size}");
     }
     let backwards: Vec<_> = axes.iter().rev().copied().collect();
-    assert!(whole.iter().eq(course.run(&backwards).unwrap().iter().rev()));
+    assert!(whole.iter().eq(trajectory.run(&backwards).unwrap().iter().rev()));
     let one_core = rayon::ThreadPoolBuilder::new().num_threads(1).build().unwrap();
-    assert_eq!(whole, one_core.install(|| course.run(&axes).unwrap()));
-    assert!(course.run(&[]).unwrap().is_empty());
+    assert_eq!(whole, one_core.install(|| trajectory.run(&axes).unwrap()));
+    assert!(trajectory.run(&[]).unwrap().is_empty());
 }
 
 #[test]
@@ -183,15 +183,17 @@ fn validates_graphs_against_the_path_itself() {
 fn a_course_that_cannot_be_kept_is_refused() {
     let line = Line::new(Vector2::zeros(), Vector2::new(1e6, 0.0)).unwrap();
     let motion = Motion::plan(1e6, 1.0, Profile::Quintic { phase_s: 0.1 }).unwrap();
-    let error = Course::new(&line, &motion, LoopSettings::default()).err().unwrap();
+    let error = ReferenceTrajectory::new(&line, &motion, LoopSettings::default()).err().unwrap();
     assert!(matches!(error, SimulationError::TooLongForBatch { periods: 1_000_000_001.. }), "{error}");
     let case = Case::alpha();
-    let course = Course::new(&case.path, &case.motion(PROFILE), LoopSettings::default()).err();
-    assert!(course.is_none());
+    let trajectory = ReferenceTrajectory::new(&case.path, &case.motion(PROFILE), LoopSettings::default()).err();
+    assert!(trajectory.is_none());
     let motion = case.motion(PROFILE);
     let mut wrong = case.axes;
     wrong[1].pdff.kpp_rad_s_mm = f64::NAN;
-    let error =
-        Course::new(&case.path, &motion, LoopSettings::default()).unwrap().run(&[case.axes, wrong]).unwrap_err();
+    let error = ReferenceTrajectory::new(&case.path, &motion, LoopSettings::default())
+        .unwrap()
+        .run(&[case.axes, wrong])
+        .unwrap_err();
     assert!(error.to_string().contains("kpp"), "{error}");
 }

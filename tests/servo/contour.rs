@@ -95,7 +95,7 @@ fn validates_that_a_crossing_is_measured_on_its_own_branch() {
     let case = Case::alpha();
     let length = case.path.length_mm();
     let at = |s: f64| case.path.frame(s, &mut Cursor::default());
-    // By symmetry about y = 9 the branches meet where y = 9 on the way out.
+    // By symmetry about y = 9 the branches meet where y = 9 on the recovery ramp.
     let (mut low, mut high) = (1.0, 30.0);
     for _ in 0..100 {
         let middle = 0.5 * (low + high);

@@ -1,12 +1,14 @@
-//! The drive as it is: each effect against a closed form, an independent route, or the ideal loop.
+//! The detailed drive model: each effect against a closed form, an independent route, or the ideal loop.
 
 use crate::common::drive::{self, Bench, DT, axis, real};
+use servosim::servo::compensation::Compensation;
 use servosim::servo::effects::{
     Backlash, Coulomb, CurrentLoop, CuttingForce, Dac, Delay, Effects, Encoder, EncoderPlace, Friction, Harmonic,
-    Integration, LuGre, Mismatch, Noise, PitchError, Table, TorqueRipple, TwoMass, VelocityEstimate,
+    Integration, LookupTable, LuGre, Mismatch, Noise, PitchError, TorqueRipple, TwoMass, VelocityEstimate,
 };
-use servosim::servo::remedies::Remedies;
-use servosim::servo::{Axis, AxisLoop, AxisSignals, Demand, Derivative, Drive, DriveSignals, LoopSettings, RealAxis};
+use servosim::servo::{
+    Axis, AxisLoop, AxisReference, AxisSignals, Derivative, DetailedAxis, Drive, DriveSignals, LoopSettings,
+};
 
 fn coulomb() -> Coulomb {
     Coulomb { coulomb_nm: 0.1, static_nm: 0.15, stribeck_mm_s: 3.0, viscous_nm_s_rad: 0.001 }
@@ -23,8 +25,8 @@ fn ripple() -> TorqueRipple {
 
 /// Everything at once.
 fn everything() -> Effects {
-    let force = Table::new([(0.0, 0.0), (0.1, 60.0), (0.25, -40.0), (0.4, 80.0), (0.6, 0.0)], None);
-    let pitch = Table::new((0..20).map(|i| (f64::from(i), 3.0 * libm::sin(f64::from(i)))), None);
+    let force = LookupTable::new([(0.0, 0.0), (0.1, 60.0), (0.25, -40.0), (0.4, 80.0), (0.6, 0.0)], None);
+    let pitch = LookupTable::new((0..20).map(|i| (f64::from(i), 3.0 * libm::sin(f64::from(i)))), None);
     Effects {
         mismatch: Some(Mismatch { gain_factor: 1.1, time_constant_factor: 0.9 }),
         encoder: Some(Encoder {
@@ -46,23 +48,23 @@ fn everything() -> Effects {
     }
 }
 
-/// A smooth demand with four reversals a second: 100 mm/s at most.
-fn demand(k: usize) -> Demand {
+/// A smooth reference with four reversals a second: 100 mm/s at most.
+fn reference(k: usize) -> AxisReference {
     let (t, w, a) = (k as f64 * DT, 4.0 * std::f64::consts::PI, 8.0);
-    Demand {
+    AxisReference {
         position_mm: a * (1.0 - libm::cos(w * t)),
         velocity_mm_s: a * w * libm::sin(w * t),
         acceleration_mm_s2: a * w * w * libm::cos(w * t),
         jerk_mm_s3: -a * w * w * w * libm::sin(w * t),
         torque_nm: 0.0,
-        shift_mm: 0.0,
+        command_offset_mm: 0.0,
     }
 }
 
 /// The motion under torques in an open loop.
 fn open(effects: &Effects, samples: usize, mut torque: impl FnMut(f64) -> f64) -> Vec<(AxisSignals, DriveSignals)> {
     let mut axis = drive::open(effects, |k| torque(f64::from(k) * DT));
-    (0..samples).map(|_| (axis.step(&Demand::default()), axis.drive_signals())).collect()
+    (0..samples).map(|_| (axis.step(&AxisReference::default()), axis.drive_signals())).collect()
 }
 
 #[test]
@@ -72,14 +74,14 @@ fn validates_without_effects_the_ideal_loop() {
     {
         let settings = LoopSettings { one_sample_delay, derivative, ..LoopSettings::default() };
         let mut ideal = AxisLoop::new(&axis(), &settings, 0.0);
-        let real = RealAxis::pdff(&axis(), &Effects::default(), &Remedies::default(), &settings, 0.0);
+        let real = DetailedAxis::pdff(&axis(), &Effects::default(), &Compensation::default(), &settings, 0.0);
         let mut real = Bench(real.expect("sound"));
         let mut saturated = 0;
         for k in 0..1000 {
-            let mut demand = demand(k);
-            demand.position_mm *= size;
-            demand.velocity_mm_s *= size;
-            let (a, b) = (Axis::step(&mut ideal, &demand), real.step(&demand));
+            let mut reference = reference(k);
+            reference.position_mm *= size;
+            reference.velocity_mm_s *= size;
+            let (a, b) = (Axis::step(&mut ideal, &reference), real.step(&reference));
             let near = |a: f64, b: f64| (a - b).abs() <= 1e-12 * (1.0 + a.abs().max(100.0));
             assert!(near(a.actual_mm, b.actual_mm), "{k} {} {}", a.actual_mm, b.actual_mm);
             assert!((a.voltage_v - b.voltage_v).abs() < 1e-9 && near(a.velocity_rad_s, b.velocity_rad_s), "{k}");
@@ -166,7 +168,7 @@ fn validates_resonance_of_two_masses() {
     }
     let pole = found.ln() / DT;
     assert!((pole - s).norm() < 1e-6 * omega, "{pole} {s}");
-    // And within 0.1 % the textbook's figures.
+    // And within 0.1 % the textbook's metrics.
     let (frequency, damping) = (pole.norm(), -pole.re / pole.norm());
     assert!((frequency / omega - 1.0).abs() < 1e-3, "{frequency} {omega}");
     let textbook = c * (1.0 / motor + 1.0 / table) / (2.0 * omega);
@@ -210,7 +212,7 @@ fn validates_gap_between_two_masses() {
     let slow = |k: usize| {
         let t = k as f64 * DT;
         let x = if t < 0.5 { t } else { 1.0 - t };
-        Demand { position_mm: x, velocity_mm_s: if t < 0.5 { 1.0 } else { -1.0 }, ..Demand::default() }
+        AxisReference { position_mm: x, velocity_mm_s: if t < 0.5 { 1.0 } else { -1.0 }, ..AxisReference::default() }
     };
     let mut behind = Vec::new();
     for k in 0..1000 {
@@ -226,7 +228,9 @@ fn validates_gap_between_two_masses() {
 /// Largest distance of the table between two runs \[nm\].
 fn apart_nm(a: &Effects, b: &Effects, samples: usize) -> f64 {
     let (mut a, mut b) = (real(a), real(b));
-    (0..samples).map(|k| 1e6 * (a.step(&demand(k)).actual_mm - b.step(&demand(k)).actual_mm).abs()).fold(0.0, f64::max)
+    (0..samples)
+        .map(|k| 1e6 * (a.step(&reference(k)).actual_mm - b.step(&reference(k)).actual_mm).abs())
+        .fold(0.0, f64::max)
 }
 
 #[test]

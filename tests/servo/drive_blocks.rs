@@ -6,18 +6,18 @@ use nalgebra::Vector2;
 use rayon::ThreadPoolBuilder;
 use servosim::interpolator::Interpolator;
 use servosim::scenario::{Document, Scenario};
-use servosim::servo::{Axis, Demand, DriveSignals, RealAxis, step_side_by_side};
+use servosim::servo::{Axis, AxisReference, DetailedAxis, DriveSignals, step_side_by_side};
 use servosim::simulation::Period;
 
-/// Alpha with its drives as they are, Y looking ahead, so slow that the run takes several blocks.
+/// Alpha with its detailed drives, Y looking ahead, so slow that the run takes several blocks.
 fn scenario() -> Scenario {
     let mut document = Document::builtin("alpha-real").unwrap();
     document.set("feedrate.feed_mm_s=12").unwrap();
-    document.set("axes.y.remedies.zero_phase=true").unwrap();
+    document.set("axes.y.compensation.zero_phase=true").unwrap();
     document.scenario().unwrap()
 }
 
-fn axes(scenario: &Scenario) -> ([RealAxis; 2], [usize; 2]) {
+fn axes(scenario: &Scenario) -> ([DetailedAxis; 2], [usize; 2]) {
     let start = scenario.simulation().unwrap().next().unwrap().setpoint.position_mm;
     let axis = |i: usize| scenario.drives[i].axis(&scenario.axes[i], &scenario.settings, start[i]).unwrap();
     let [(x, none), (y, ahead)] = [axis(0), axis(1)];
@@ -48,12 +48,12 @@ fn validates_a_run_in_blocks_against_its_axes_sample_by_sample() {
             // There is no shift before the first sample; after the last one it stays.
             let shift = |k: Option<u64>| k.map_or(0.0, |k| shift(k.min(samples - 1))[i]);
             let (before, here, after) = (shift(seen.checked_sub(1)), shift(Some(seen)), shift(Some(seen + 1)));
-            let signals = axes[i].step(&Demand {
+            let signals = axes[i].step(&AxisReference {
                 position_mm: setpoint.position_mm[i] + here,
                 velocity_mm_s: setpoint.velocity_mm_s[i] + (after - before) * (0.5 * rate),
                 acceleration_mm_s2: setpoint.acceleration_mm_s2[i] + (after - here * 2.0 + before) * (rate * rate),
                 jerk_mm_s3: setpoint.jerk_vector_mm_s3[i],
-                ..Demand::default()
+                ..AxisReference::default()
             });
             assert_eq!(signals.actual_mm.to_bits(), period.axes[i].actual_mm.to_bits(), "axis {i}, sample {k}");
             assert_eq!(signals.voltage_v.to_bits(), period.axes[i].voltage_v.to_bits(), "axis {i}, sample {k}");
@@ -82,7 +82,7 @@ fn validates_blocks_against_coupled_axes_whose_gains_are_zero() {
     // Coupled axes go one sample at a time.
     let mut document = Document::builtin("alpha-real").unwrap();
     for key_value in
-        ["feedrate.feed_mm_s=12", "axes.y.remedies.zero_phase=true", "control.cross_coupling.proportional=0"]
+        ["feedrate.feed_mm_s=12", "axes.y.compensation.zero_phase=true", "control.cross_coupling.proportional=0"]
     {
         document.set(key_value).unwrap();
     }
@@ -95,17 +95,17 @@ fn validates_blocks_against_coupled_axes_whose_gains_are_zero() {
 fn axes_side_by_side_are_axes_one_after_another() {
     let scenario = scenario();
     for samples in [0, 1, 63, 64, 500] {
-        let demand = |k: usize| Demand::at_rest(0.01 * k as f64);
-        let demands = [(); 2].map(|()| (0..samples).map(demand).collect::<Vec<_>>());
+        let reference = |k: usize| AxisReference::at_rest(0.01 * k as f64);
+        let references = [(); 2].map(|()| (0..samples).map(reference).collect::<Vec<_>>());
         let (mut together, _) = axes(&scenario);
         let (mut apart, _) = axes(&scenario);
         let mut told: [Vec<DriveSignals>; 2] = [Vec::new(), Vec::new()];
-        step_side_by_side(&mut together, &demands, &mut told, |axis, _| axis.drive_signals());
+        step_side_by_side(&mut together, &references, &mut told, |axis, _| axis.drive_signals());
         for i in 0..2 {
-            let alone: Vec<_> = demands[i]
+            let alone: Vec<_> = references[i]
                 .iter()
-                .map(|demand| {
-                    apart[i].step(demand);
+                .map(|reference| {
+                    apart[i].step(reference);
                     apart[i].drive_signals()
                 })
                 .collect();

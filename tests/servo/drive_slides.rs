@@ -1,21 +1,21 @@
 //! A table that slides freely: no loop takes away what the integration misses, so that the longest step is seen as it is.
 
-use servosim::servo::controller::{Controller, Measured, Wanted};
+use servosim::servo::compensation::Compensation;
+use servosim::servo::controller::{ControlOutput, Controller, Feedback};
 use servosim::servo::effects::{
-    Backlash, Coulomb, CuttingForce, Effects, Friction, Harmonic, LuGre, Table, TorqueRipple, TwoMass,
+    Backlash, Coulomb, CuttingForce, Effects, Friction, Harmonic, LookupTable, LuGre, TorqueRipple, TwoMass,
 };
-use servosim::servo::remedies::Remedies;
-use servosim::servo::{Axis, AxisParameters, Demand, Drive, LoopSettings, Pdff, Plant, RealAxis};
+use servosim::servo::{Axis, AxisParameters, AxisReference, DetailedAxis, Drive, LoopSettings, Pdff, Plant};
 
 /// No controller at all.
 struct Off;
 
 impl Controller for Off {
-    fn control(&mut self, _: &Demand, _: &Measured) -> Wanted {
-        Wanted { velocity_command_rad_s: 0.0, torque_nm: 0.0 }
+    fn control(&mut self, _: &AxisReference, _: &Feedback) -> ControlOutput {
+        ControlOutput { velocity_command_rad_s: 0.0, torque_nm: 0.0 }
     }
 
-    fn settle(&mut self, _: f64) {}
+    fn anti_windup(&mut self, _: f64) {}
 }
 
 /// Places of the table every millisecond \[mm\].
@@ -26,15 +26,16 @@ fn slide(effects: &Effects, steps_per_ms: u32) -> Vec<f64> {
         pdff: Pdff { kpp_rad_s_mm: 97.38, kpv_nm_s_rad: 1.19, kiv_1_s: 252.8, kpf_rad_mm: 0.8, kvf: 0.85 },
     };
     let settings = LoopSettings { period_s: 1e-3 / f64::from(steps_per_ms), ..LoopSettings::default() };
-    let mut axis = RealAxis::new(&axis, Off, effects, &Remedies::default(), &settings, 0.0).expect("sound effects");
-    let mut place = |k: u32| (k, axis.step(&Demand::default()).actual_mm);
+    let mut axis =
+        DetailedAxis::new(&axis, Off, effects, &Compensation::default(), &settings, 0.0).expect("sound effects");
+    let mut place = |k: u32| (k, axis.step(&AxisReference::default()).actual_mm);
     (0..500 * steps_per_ms).map(&mut place).filter(|(k, _)| k % steps_per_ms == 0).map(|(_, place)| place).collect()
 }
 
 /// Pushed by 400 N, pulled as much, let go: periods of 1 ms beside fifty in each of them.
 #[test]
 fn validates_free_slides() {
-    let table = |points: &[(f64, f64)]| Table::new(points.iter().copied(), None).expect("a table");
+    let table = |points: &[(f64, f64)]| LookupTable::new(points.iter().copied(), None).expect("a table");
     let over_time = Some(CuttingForce::OverTime(table(&[(0.0, 0.0), (0.1, 400.0), (0.3, -400.0), (0.4, 0.0)])));
     let over_place = [(-50.0, 400.0), (0.0, 300.0), (1.0, 100.0), (5.0, -300.0), (50.0, -400.0)];
     let curve = |static_nm| Coulomb { coulomb_nm: 0.2, static_nm, stribeck_mm_s: 3.0, viscous_nm_s_rad: 0.001 };

@@ -1,14 +1,14 @@
-//! The loop of a drive as it is: against the closed form of its model, and against published forms.
+//! The loop of a detailed drive: against the closed form of its model, and against published forms.
 
 use nalgebra::Complex;
 use rand::{RngExt, SeedableRng};
 use rand_xoshiro::Xoshiro256PlusPlus;
-use servosim::analysis::{DriveLoop, Feedforward, Linearized, LoopFigures};
+use servosim::analysis::{DriveLoop, Feedforward, Linearized, LoopMetrics};
 use servosim::scenario::Scenario;
+use servosim::servo::compensation::{BacklashCompensation, Filter};
 use servosim::servo::effects::{Backlash, Delay, EncoderPlace, Mismatch, Noise, TwoMass};
-use servosim::servo::remedies::{BacklashCompensation, Filter};
 use servosim::servo::{
-    AxisParameters, ControllerGains, ControllerKind, Derivative, Drive, LoopSettings, Pdff, Plant, RealDrive,
+    AxisParameters, ControllerGains, ControllerKind, Derivative, Drive, DriveModel, LoopSettings, Pdff, Plant,
 };
 
 #[track_caller]
@@ -17,8 +17,8 @@ fn near(a: f64, b: f64, tolerance: f64) {
 }
 
 /// The model, as a drive that is more than one.
-fn unlike_a_model() -> RealDrive {
-    let mut drive = RealDrive::default();
+fn unlike_a_model() -> DriveModel {
+    let mut drive = DriveModel::default();
     drive.effects.mismatch = Some(Mismatch { gain_factor: 1.0, time_constant_factor: 1.0 });
     drive
 }
@@ -70,7 +70,7 @@ fn same(a: &DriveLoop, b: &DriveLoop, rng: &mut Xoshiro256PlusPlus) {
             (Some(a), Some(b)) => near(a, b, 1e-9),
             (a, b) => assert_eq!(a, b),
         }
-        // One that takes ages to settle is not run.
+        // One that takes ages to anti_windup is not run.
         if (0.9995..1.0).contains(&a.pole_radius()) {
             continue;
         }
@@ -78,8 +78,8 @@ fn same(a: &DriveLoop, b: &DriveLoop, rng: &mut Xoshiro256PlusPlus) {
         for (a, b) in a.actual.iter().zip(&b.actual) {
             near(*a, *b, 1e-8);
         }
-        assert_eq!(a.figures.is_some(), b.figures.is_some());
-        if let (Some(a), Some(b)) = (a.figures, b.figures) {
+        assert_eq!(a.metrics.is_some(), b.metrics.is_some());
+        if let (Some(a), Some(b)) = (a.metrics, b.metrics) {
             near(a.rise_s, b.rise_s, 1e-9);
             near(a.overshoot_percent, b.overshoot_percent, 1e-7);
             near(a.settling_s, b.settling_s, 1e-9);
@@ -113,15 +113,15 @@ fn validates_that_one_sample_of_delay_is_one_sample_of_delay() {
     for _ in 0..15 {
         let (axis, mut settings) = random(&mut rng);
         settings.one_sample_delay = false;
-        let mut drive = RealDrive::default();
+        let mut drive = DriveModel::default();
         drive.effects.delay = Some(Delay { samples: 1.0 });
         let delayed = LoopSettings { one_sample_delay: true, ..settings };
         same(&DriveLoop::new(&axis, &drive, &settings).unwrap(), &DriveLoop::model(&axis, &delayed), &mut rng);
     }
     let alpha = Scenario::builtin("alpha").unwrap();
-    let mut drive = RealDrive::default();
+    let mut drive = DriveModel::default();
     drive.effects.delay = Some(Delay { samples: 1.0 });
-    let told = LoopFigures::of("x", &DriveLoop::new(&alpha.axes[0], &drive, &alpha.settings).unwrap());
+    let told = LoopMetrics::of("x", &DriveLoop::new(&alpha.axes[0], &drive, &alpha.settings).unwrap());
     assert!(!told.stable && told.warnings[0].contains("kpv times a factor from 0.4534 to 0.9685"), "{told:?}");
 }
 
@@ -132,7 +132,7 @@ fn validates_mismatch_as_another_plant() {
         let (axis, settings) = random(&mut rng);
         let mismatch =
             Mismatch { gain_factor: rng.random_range(0.5..2.0), time_constant_factor: rng.random_range(0.5..2.0) };
-        let mut drive = RealDrive::default();
+        let mut drive = DriveModel::default();
         drive.effects.mismatch = Some(mismatch);
         let other = AxisParameters { plant: mismatch.plant(&axis.plant), ..axis };
         same(&DriveLoop::new(&axis, &drive, &settings).unwrap(), &DriveLoop::model(&other, &settings), &mut rng);
@@ -146,14 +146,14 @@ fn validates_the_resonance_of_two_masses() {
     // Next to no loop: the machine is left alone.
     axis.pdff = Pdff { kpv_nm_s_rad: 1e-6, ..axis.pdff };
     let two_mass = TwoMass { table_mass_kg: 120.0, stiffness_n_um: 40.0, damping_n_s_mm: 5.0 };
-    let mut drive = RealDrive::default();
+    let mut drive = DriveModel::default();
     drive.effects.two_mass = Some(two_mass);
-    let figures = LoopFigures::of("x", &DriveLoop::new(&axis, &drive, &alpha.settings).unwrap());
+    let metrics = LoopMetrics::of("x", &DriveLoop::new(&axis, &drive, &alpha.settings).unwrap());
     let omega = two_mass.resonance_rad_s(&axis.plant, &axis.drive);
     let table = two_mass.table_inertia_kg_m2(&axis.drive);
     let motor = axis.plant.inertia_kg_m2(&axis.drive) - table;
     let damping = two_mass.damping_nm_s_rad(&axis.drive) * (1.0 / motor + 1.0 / table) / (2.0 * omega);
-    let pole = figures.poles.iter().find(|pole| pole.im > 0.1 && pole.damping < 0.5).expect("it swings");
+    let pole = metrics.poles.iter().find(|pole| pole.im > 0.1 && pole.damping < 0.5).expect("it swings");
     // The motor's viscous friction, 1 part in 10³ of the damping, is in the loop and not in the closed form.
     near(pole.natural_rad_s, omega, 1e-3);
     assert!((pole.damping - damping).abs() < 0.05 * damping, "{pole:?} {damping}");
@@ -186,8 +186,8 @@ fn validates_the_resonance_of_two_masses() {
 #[test]
 fn validates_that_a_notch_takes_its_frequency_out_of_the_loop() {
     let alpha = Scenario::builtin("alpha").unwrap();
-    let mut drive = RealDrive::default();
-    drive.remedies.filters.push(Filter::Notch { frequency_hz: 200.0, depth: 0.05, damping: 0.4 });
+    let mut drive = DriveModel::default();
+    drive.compensation.filters.push(Filter::Notch { frequency_hz: 200.0, depth: 0.05, damping: 0.4 });
     let with = DriveLoop::new(&alpha.axes[0], &drive, &alpha.settings).unwrap();
     let without = DriveLoop::model(&alpha.axes[0], &alpha.settings);
     let omega = std::f64::consts::TAU * 200.0;
@@ -200,7 +200,7 @@ fn regression_a_pid_like_the_pdff_loops_does_what_they_do_at_low_frequencies() {
     let alpha = Scenario::builtin("alpha").unwrap();
     let axis = AxisParameters { pdff: Pdff { kvf: 1.0, ..alpha.axes[0].pdff }, ..alpha.axes[0] };
     let controller = ControllerGains::like(ControllerKind::Pid, &axis, &alpha.settings);
-    let drive = RealDrive { controller, ..RealDrive::default() };
+    let drive = DriveModel { controller, ..DriveModel::default() };
     let pid = DriveLoop::new(&axis, &drive, &alpha.settings).unwrap();
     let pdff = DriveLoop::model(&axis, &alpha.settings);
     for omega in [0.1, 1.0, 10.0] {
@@ -211,23 +211,23 @@ fn regression_a_pid_like_the_pdff_loops_does_what_they_do_at_low_frequencies() {
 
 #[test]
 fn what_is_not_linear_is_named() {
-    let mut drive = RealDrive::default();
+    let mut drive = DriveModel::default();
     drive.effects.delay = Some(Delay { samples: 1.0 });
     drive.effects.backlash = Some(Backlash { gap_um: 3.0 });
     drive.effects.noise = Some(Noise { rms_um: 0.1, seed: 1 });
-    drive.remedies.backlash = Some(BacklashCompensation { gap_um: 3.0, time_constant_s: 0.0 });
+    drive.compensation.backlash = Some(BacklashCompensation { gap_um: 3.0, time_constant_s: 0.0 });
     let told = Linearized::of(&drive);
-    assert_eq!((told.controller, &told.taken_in[..]), ("pdff", &["delay of 1 sample".to_owned()][..]));
-    assert_eq!(told.left_out, ["noise", "backlash", "backlash compensation"]);
-    let none = Linearized::of(&RealDrive::default());
-    assert!(none.taken_in.is_empty() && none.left_out.is_empty());
+    assert_eq!((told.controller, &told.modelled[..]), ("pdff", &["delay of 1 sample".to_owned()][..]));
+    assert_eq!(told.neglected, ["noise", "backlash", "backlash compensation"]);
+    let none = Linearized::of(&DriveModel::default());
+    assert!(none.modelled.is_empty() && none.neglected.is_empty());
 }
 
 #[test]
 fn no_number_panics_and_bad_ones_are_refused() {
     let alpha = Scenario::builtin("alpha").unwrap();
     for value in [f64::NAN, f64::INFINITY, -1.0, 1e300] {
-        let mut drive = RealDrive::default();
+        let mut drive = DriveModel::default();
         drive.effects.delay = Some(Delay { samples: value });
         assert!(DriveLoop::new(&alpha.axes[0], &drive, &alpha.settings).is_err());
     }
@@ -243,15 +243,19 @@ fn no_number_panics_and_bad_ones_are_refused() {
         let settings = LoopSettings { period_s: any().min(1.0), ..alpha.settings };
         let mut drive = unlike_a_model();
         drive.effects.delay = Some(Delay { samples: 2.5 });
-        drive.remedies.filters.push(Filter::Notch { frequency_hz: 0.1 / settings.period_s, depth: 0.0, damping: 0.5 });
+        drive.compensation.filters.push(Filter::Notch {
+            frequency_hz: 0.1 / settings.period_s,
+            depth: 0.0,
+            damping: 0.5,
+        });
         let Ok(found) = DriveLoop::new(&axis, &drive, &settings) else { continue };
-        // A loop that takes ages to settle is not run.
+        // A loop that takes ages to anti_windup is not run.
         if found.is_stable() && found.pole_radius() > 1.0 - 1e-4 {
             continue;
         }
-        let figures = LoopFigures::of("x", &found);
+        let metrics = LoopMetrics::of("x", &found);
         assert!(
-            !figures.pole_radius.is_nan() && !figures.gain_factor_down.is_nan() && !figures.phase_margin_deg.is_nan()
+            !metrics.pole_radius.is_nan() && !metrics.gain_factor_down.is_nan() && !metrics.phase_margin_deg.is_nan()
         );
     }
 }

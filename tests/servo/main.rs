@@ -1,4 +1,4 @@
-//! The closed loop: the ideal one, the drive as it is, their analysis, measurement and contouring error.
+//! The closed loop: the ideal one, the detailed drive model, their analysis, measurement and contouring error.
 
 #[path = "../common/mod.rs"]
 mod common;
@@ -9,8 +9,8 @@ mod contour;
 mod contour_limit;
 mod drive;
 mod drive_blocks;
-mod drive_figures;
-mod drive_remedies;
+mod drive_compensation;
+mod drive_metrics;
 mod drive_slides;
 mod hostile;
 mod linear_drive;

@@ -11,12 +11,12 @@ use servosim::measure::{
     CircleRequest, CircleTest, MeasureError, ResponseRequest, StepRequest, circle, response, step,
 };
 use servosim::scenario::Scenario;
+use servosim::servo::compensation::{Compensation, Filter};
 use servosim::servo::effects::{
     Backlash, Coulomb, CurrentLoop, Delay, Encoder, EncoderPlace, Friction, Harmonic, Mismatch, TorqueRipple, TwoMass,
     VelocityEstimate,
 };
-use servosim::servo::remedies::{Filter, Remedies};
-use servosim::servo::{Axis, ControllerGains, ControllerKind, Demand, Derivative, RealAxis};
+use servosim::servo::{Axis, AxisReference, ControllerGains, ControllerKind, Derivative, DetailedAxis};
 use servosim::simulation::Period;
 
 fn alpha() -> Scenario {
@@ -132,9 +132,12 @@ fn validates_friction_spikes_by_another_way() {
             effects.friction = None;
         }
         let mut axis =
-            RealAxis::pdff(&scenario.axes[0], &effects, &Remedies::default(), &scenario.settings, radius_mm).unwrap();
+            DetailedAxis::pdff(&scenario.axes[0], &effects, &Compensation::default(), &scenario.settings, radius_mm)
+                .unwrap();
         let at = |k: u32| radius_mm * (f64::from(k) * 1e-3 * feed_mm_s / radius_mm).cos();
-        (0..16_000).map(|k| axis.step(&Demand { position_mm: at(k), ..Demand::default() }).actual_mm).collect()
+        (0..16_000)
+            .map(|k| axis.step(&AxisReference { position_mm: at(k), ..AxisReference::default() }).actual_mm)
+            .collect()
     };
     let (with, without) = (run(true), run(false));
     // Behind the reversals of the second turn, at 2π s (outwards at +X), in a thirtieth of a turn.
@@ -270,9 +273,9 @@ fn validates_every_linear_effect_against_the_analysis() {
         }
     }
     cases[3].drives[0].effects.two_mass = Some(two_mass);
-    cases[3].drives[0].remedies.filters.push(Filter::Notch { frequency_hz: 150.0, depth: 0.2, damping: 0.5 });
+    cases[3].drives[0].compensation.filters.push(Filter::Notch { frequency_hz: 150.0, depth: 0.2, damping: 0.5 });
     cases[3].drives[1].effects.current_loop = Some(CurrentLoop { bandwidth_hz: 300.0 });
-    cases[3].drives[1].remedies.filters.push(Filter::LowPass { frequency_hz: 300.0, damping: 0.7 });
+    cases[3].drives[1].compensation.filters.push(Filter::LowPass { frequency_hz: 300.0, damping: 0.7 });
     cases[4].drives[0].effects.two_mass = Some(two_mass);
     cases[4].drives[0].effects.delay = Some(Delay { samples: 1.4 });
     cases[4].drives[1].effects.encoder = encoder(EncoderPlace::Motor, VelocityEstimate::LowPass { corner_hz: 200.0 });
@@ -284,7 +287,7 @@ fn validates_every_linear_effect_against_the_analysis() {
         let measured = response(case, &ResponseRequest { points: Some(12), ..Default::default() }).unwrap();
         for axis in &measured.axes {
             let (db, deg) = (axis.model_deviation_db.unwrap(), axis.model_deviation_deg.unwrap());
-            println!("case {number} {}: {db:.2e} dB, {deg:.2e}°, {:?}", axis.axis, axis.linearized.taken_in);
+            println!("case {number} {}: {db:.2e} dB, {deg:.2e}°, {:?}", axis.axis, axis.linearized.modelled);
             assert!(db < 1e-2 && deg < 5e-2, "case {number} {}: {db} dB, {deg}°", axis.axis);
         }
     }
@@ -331,7 +334,7 @@ fn a_sine_that_saturates_is_told() {
     let measured = response(&alpha(), &request).unwrap();
     assert!(measured.axes[0].points[4].saturated && !measured.axes[0].points[0].saturated);
     assert!(measured.axes[0].warnings[0].starts_with("saturated at"), "{:?}", measured.axes[0].warnings);
-    // A motion that play swallows has a finite magnitude, no phase, and a warning.
+    // A motion that backlash swallows has a finite magnitude, no phase, and a warning.
     let mut loose = alpha();
     loose.drives[1].effects.backlash = Some(Backlash { gap_um: 50.0 });
     let measured = response(&loose, &ResponseRequest { amplitude_um: Some(1.0), ..request }).unwrap();
@@ -347,7 +350,7 @@ fn validates_step_and_ramp_against_the_analysis() {
     let measured = step(&scenario, &request).unwrap();
     assert!(measured.warnings.is_empty());
     for (axis, found) in scenario.axes.iter().zip(&measured.axes) {
-        let known = step_response(axis, &scenario.settings, Feedforward::With).figures.unwrap();
+        let known = step_response(axis, &scenario.settings, Feedforward::With).metrics.unwrap();
         near(found.step.rise_s.unwrap(), known.rise_s, 1e-9);
         near(found.step.overshoot_percent, known.overshoot_percent, 1e-6);
         near(found.step.settling_s.unwrap(), known.settling_s, 1e-9);
@@ -508,7 +511,7 @@ fn validates_that_corrections_come_at_their_sample() {
             for k in 0..plain.len() - ahead {
                 let seen = plain[k + ahead].setpoint.position_mm[axis];
                 let position_mm = seen + shift(k + ahead) * [1.0, -2.0][axis];
-                let actual_mm = real.step(&Demand { position_mm, ..Demand::default() }).actual_mm;
+                let actual_mm = real.step(&AxisReference { position_mm, ..AxisReference::default() }).actual_mm;
                 near(corrected[k].actual_mm[axis], actual_mm, 1e-11);
             }
         }

@@ -36,7 +36,7 @@ impl Banded {
 
     /// Factorises in place; a pivot that rounding made too small is raised.
     pub(super) fn factor(&mut self) {
-        // Row i holds D_i, L_{i+1,i} and L_{i+2,i}.
+        // AxisDerivatives i holds D_i, L_{i+1,i} and L_{i+2,i}.
         let (mut before, mut before_that) = ([0.0; 3], [0.0; 3]);
         for row in &mut self.rows {
             let [a, b, c] = *row;

@@ -18,7 +18,7 @@
 //!
 //! The motion that is run is a spline of degree 5 in time through position, speed and acceleration at the grid points
 //! (continuous acceleration). It is held against the limits at ten places of every interval (46 in the end); what it passes
-//! them by is taken off the limits there, and in the end off the pace of the whole motion. Where the path's third derivative jumps there
+//! them by is taken off the limits there, and in the end off the feed scale of the whole motion. Where the path's third derivative jumps there
 //! is a grid point.
 //!
 //! Sources: Verscheure, Demeulenaere, Swevers, De Schutter, Diehl, "Time-optimal path tracking for robots: a convex optimization
@@ -34,7 +34,7 @@ mod verify;
 
 pub(super) use planned::Planned;
 
-use super::feed_override::{Bounds, Row};
+use super::feed_override::{AxisDerivatives, Bounds};
 use super::{FeedOverride, FeedrateError, Motion, positive};
 use interior::Solution;
 use program::Program;
@@ -149,7 +149,7 @@ impl<const D: usize> AxisLimited<D> {
         loop {
             let planned = program.motion(&solution);
             let shares = verify::shares(&planned, self, 10, &mut shape);
-            let worst = shares.iter().map(verify::Share::pace).fold(0.0, f64::max);
+            let worst = shares.iter().map(verify::Share::feed_scale).fold(0.0, f64::max);
             let time = planned.total_s() * worst.max(1.0);
             if best.as_ref().is_none_or(|(before, ..)| time < *before) {
                 best = Some((time, worst, planned, solution.clone()));
@@ -166,7 +166,7 @@ impl<const D: usize> AxisLimited<D> {
             return Err(FeedrateError::BadShape { s_mm: 0.0 });
         };
         let shares = verify::shares(&planned, self, FINAL_PLACES, &mut shape);
-        let worst = shares.iter().map(verify::Share::pace).fold(0.0, f64::max);
+        let worst = shares.iter().map(verify::Share::feed_scale).fold(0.0, f64::max);
         let grid_points = planned.nodes();
         let planned = planned.paced(worst.max(1.0));
         let time = planned.total_s();
@@ -200,7 +200,7 @@ impl<const D: usize> AxisLimited<D> {
         plan.overridden(how, bounds, &mut |m| {
             let (v, a, j) = (m.feed_mm_s, m.accel_mm_s2, m.jerk_mm_s3);
             let PathShape { tangent: t, curvature_1_mm: k, curvature_rate_1_mm2: r } = shape(m.s_mm);
-            Row {
+            AxisDerivatives {
                 velocity: std::array::from_fn(|i| t[i] * v),
                 acceleration: std::array::from_fn(|i| t[i] * a + k[i] * v * v),
                 jerk: std::array::from_fn(|i| t[i] * j + 3.0 * k[i] * v * a + r[i] * v * v * v),

@@ -67,13 +67,13 @@ impl Planned {
         }
     }
 
-    /// The same at `pace` times the time.
-    pub(super) fn paced(mut self, pace: f64) -> Self {
+    /// The same at `feed scale` times the time.
+    pub(super) fn paced(mut self, feed_scale: f64) -> Self {
         for node in &mut self.nodes {
-            node.t *= pace;
-            node.dt *= pace;
-            node.v /= pace;
-            node.a /= pace * pace;
+            node.t *= feed_scale;
+            node.dt *= feed_scale;
+            node.v /= feed_scale;
+            node.a /= feed_scale * feed_scale;
         }
         self.index();
         self

@@ -14,7 +14,7 @@ pub(super) struct Share {
 impl Share {
     /// By how much the motion would have to slow down to keep the limits: speeds fall with it, accelerations with its square,
     /// jerks with its cube.
-    pub(super) fn pace(&self) -> f64 {
+    pub(super) fn feed_scale(&self) -> f64 {
         self.velocity.max(self.acceleration.max(0.0).sqrt()).max(libm::cbrt(self.jerk))
     }
 }

@@ -1,48 +1,48 @@
-//! Feed override and feed hold: the same motion at another pace.
+//! Feed override and feed hold: the same motion at another feed scale.
 
-mod road;
-mod turner;
+mod planned_motion;
+mod planner;
 
-pub(super) use road::{Bounds, Row};
+pub(super) use planned_motion::{AxisDerivatives, Bounds};
 
 use super::motion::Motion;
 use super::phase::{MotionPeaks, MotionSample};
 use super::{FeedrateError, positive};
-use turner::Turner;
+use planner::OverridePlanner;
 
 /// Most steps of an override.
 pub const MAX_OVERRIDE_STEPS: usize = 1000;
 
-/// Highest share of the planned feed.
+/// Highest ratio of the planned feed.
 pub const MAX_OVERRIDE: f64 = 2.0;
 
-/// From a time on, another share of the planned feed.
+/// From a time on, another ratio of the planned feed.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct OverrideStep {
-    /// When the pace begins to change \[s\], in the time of the run.
+    /// When the feed scale begins to change \[s\], in the time of the run.
     pub at_s: f64,
-    /// The share of the planned feed that it changes to: 1 is the plan, 0 a feed hold, at most [`MAX_OVERRIDE`].
-    pub share: f64,
+    /// The ratio of the planned feed that it changes to: 1 is the plan, 0 a feed hold, at most [`MAX_OVERRIDE`].
+    pub ratio: f64,
     /// The shortest length of the change \[s\]; 0: as short as the limits allow. Where they need more it takes longer.
     pub transition_s: f64,
 }
 
 /// How an operator turns the feed override during a run.
 ///
-/// The plan `s(τ)` is run at the pace `f(t) = dτ/dt`, 1 at first, so that along the path
+/// The plan `s(τ)` is run at the feed scale `f(t) = dτ/dt`, 1 at first, so that along the path
 ///
 /// ```text
 /// v = f v(τ)      a = f² a(τ) + f' v(τ)      j = f³ j(τ) + 3 f f' a(τ) + f'' v(τ)
 /// ```
 ///
-/// The path is the same and no point of it is left out. At each step the pace goes to the next share as fast as the limits allow that
+/// The path is the same and no point of it is left out. At each step the feed scale goes to the next ratio as fast as the limits allow that
 /// the plan itself keeps: the acceleration and the jerk that it reaches along the path ([`Motion::with_override`]), or the limits of every axis
 /// ([`AxisLimited::with_override`](super::AxisLimited::with_override)), to 0.1 %. `f''` is constant over short steps. Each step is the
-/// largest that the limits allow now and from which the pace can still come to a steady share, within the limits, on the plan ahead;
-/// a steady share of at most 1 always keeps them. Where the plan leaves nothing, in a deceleration at its limit, say, the change
+/// largest that the limits allow now and from which the feed scale can still come to a steady ratio, within the limits, on the plan ahead;
+/// a steady ratio of at most 1 always keeps them. Where the plan leaves nothing, in a deceleration at its limit, say, the change
 /// waits: no machine could slow down faster there.
 ///
-/// A share above 1 would ask for its square in acceleration and its cube in jerk. It is therefore used while the plan cruises at a steady feed: the
+/// A ratio above 1 would ask for its square in acceleration and its cube in jerk. It is therefore used while the plan cruises at a steady feed: the
 /// ramps of the plan run at 1, and so does a motion that has no cruise. A change may come while the one before still goes on. A step at
 /// the very start, where the tool stands, acts at once.
 #[derive(Debug, Clone, PartialEq, Default)]
@@ -56,19 +56,19 @@ pub struct FeedOverride {
 pub struct OverrideChange {
     /// When it began \[s\].
     pub at_s: f64,
-    /// The share of the planned feed that was asked for.
-    pub share: f64,
+    /// The ratio of the planned feed that was asked for.
+    pub ratio: f64,
     /// The shortest length that was asked for \[s\]; 0: as short as the limits allow.
     pub asked_s: f64,
-    /// How long it took \[s\], to its share or to where the next change or the end of the motion cut it off.
+    /// How long it took \[s\], to its ratio or to where the next change or the end of the motion cut it off.
     pub transition_s: f64,
-    /// The share that it came to: `share`, but where it was cut off, or where limits allow no share above 1.
+    /// The ratio that it came to: `ratio`, but where it was cut off, or where limits allow no ratio above 1.
     pub reached: f64,
     /// Whether it came after the end of the motion, so that it changed nothing.
     pub after_the_end: bool,
 }
 
-/// The pace at a time.
+/// The feed scale at a time.
 #[derive(Debug, Clone, Copy, PartialEq)]
 struct State {
     /// Time of the run.
@@ -76,21 +76,21 @@ struct State {
     /// Time of the plan.
     tau: f64,
     /// `f`.
-    share: f64,
+    ratio: f64,
     /// `f'`.
     slope: f64,
 }
 
 impl State {
     /// The plan as it is.
-    const PLAN: Self = Self { t: 0.0, tau: 0.0, share: 1.0, slope: 0.0 };
+    const PLAN: Self = Self { t: 0.0, tau: 0.0, ratio: 1.0, slope: 0.0 };
 
-    /// With this second derivative of the pace for this long.
+    /// With this second derivative of the feed scale for this long.
     fn after(&self, bend: f64, x: f64) -> Self {
         Self {
             t: self.t + x,
-            tau: self.tau + x * (self.share + x * (0.5 * self.slope + x * bend / 6.0)),
-            share: self.share + x * (self.slope + 0.5 * x * bend),
+            tau: self.tau + x * (self.ratio + x * (0.5 * self.slope + x * bend / 6.0)),
+            ratio: self.ratio + x * (self.slope + 0.5 * x * bend),
             slope: self.slope + x * bend,
         }
     }
@@ -100,23 +100,23 @@ impl State {
         let mut x = length * ((tau - self.tau) / (to_tau - self.tau)).clamp(0.0, 1.0);
         for _ in 0..4 {
             let at = self.after(bend, x);
-            if !(at.share > 1e-9) {
+            if !(at.ratio > 1e-9) {
                 break;
             }
-            x = (x - (at.tau - tau) / at.share).clamp(0.0, length);
+            x = (x - (at.tau - tau) / at.ratio).clamp(0.0, length);
         }
         self.after(bend, x)
     }
 }
 
-/// From a state on: a pace whose second derivative is constant.
+/// From a state on: a feed scale whose second derivative is constant.
 #[derive(Debug, Clone, Copy, PartialEq)]
 struct Piece {
     from: State,
     bend: f64,
 }
 
-/// A motion at a changing pace.
+/// A motion at a changing feed scale.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) struct Overridden {
     plan: Motion,
@@ -127,11 +127,11 @@ pub(super) struct Overridden {
 }
 
 impl Piece {
-    /// The plan at this pace, at most at the time `last` of it.
+    /// The plan at this feed scale, at most at the time `last` of it.
     fn at(&self, plan: &Motion, t: f64, last: f64) -> MotionSample {
-        let State { tau, share, slope, .. } = self.from.after(self.bend, t - self.from.t);
+        let State { tau, ratio, slope, .. } = self.from.after(self.bend, t - self.from.t);
         // Rounding makes no motion back, and does not run past where the next piece begins.
-        let r = share.max(0.0);
+        let r = ratio.max(0.0);
         let m = plan.at(tau.min(last));
         MotionSample {
             s_mm: m.s_mm,
@@ -149,19 +149,19 @@ impl Overridden {
         plan: &Motion,
         how: &FeedOverride,
         bounds: Bounds<D>,
-        row: &mut dyn FnMut(&MotionSample) -> Row<D>,
+        row: &mut dyn FnMut(&MotionSample) -> AxisDerivatives<D>,
     ) -> Result<Option<Self>, FeedrateError> {
         let out = |name, value, needed| Err(FeedrateError::OutOfRange { name, value, needed });
         if how.steps.len() > MAX_OVERRIDE_STEPS {
             return out("override steps", how.steps.len() as f64, "at most 1000");
         }
         let mut before_s = 0.0;
-        for (step, &OverrideStep { at_s, share, transition_s }) in how.steps.iter().enumerate() {
+        for (step, &OverrideStep { at_s, ratio, transition_s }) in how.steps.iter().enumerate() {
             if !(0.0..=1e9).contains(&at_s) {
                 return out("at_s", at_s, "a time of the run, from 0 to 1e9 s");
             }
-            if !(0.0..=MAX_OVERRIDE).contains(&share) {
-                return out("override", share, "from 0 (hold) to 2 (200 %)");
+            if !(0.0..=MAX_OVERRIDE).contains(&ratio) {
+                return out("override", ratio, "from 0 (hold) to 2 (200 %)");
             }
             if transition_s != 0.0 {
                 positive("transition_s", transition_s)?;
@@ -171,11 +171,11 @@ impl Overridden {
             }
             before_s = at_s;
         }
-        let mut turner = Turner::new(plan, bounds, row);
+        let mut planner = OverridePlanner::new(plan, bounds, row);
         for (index, step) in how.steps.iter().enumerate() {
-            turner.turn(index, step);
+            planner.turn(index, step);
         }
-        let (pieces, changes, total_s) = turner.finish()?;
+        let (pieces, changes, total_s) = planner.finish()?;
         if changes.is_empty() {
             return Ok(None);
         }

@@ -1,12 +1,12 @@
 //! The circular test: radial deviation around the circle, much magnified.
 
-use super::super::axis::{Axis, Range, Tick, figure, power_of_ten, round_up_125};
+use super::super::axis::{Axis, Range, Tick, power_of_ten, round_up_125, significant};
 use super::super::curve::{Frame, Px};
-use super::super::font;
-use super::super::panel::{Entry, Heading, LABEL_EM, Panel, Symbol, TITLE_EM, gutter, x_axis, y_axis};
-use super::super::sheet::{
-    Anchor, BORDER, CURVE_PX, DESIRED, GRID, INK, Lettering, MUTED, Pen, RUN_COLOURS, Sheet, WHITE,
+use super::super::figure::{
+    Anchor, BORDER, CURVE_PX, DESIRED, Figure, GRID, INK, LineStyle, MUTED, RUN_COLOURS, TextFormat, WHITE,
 };
+use super::super::font;
+use super::super::subplot::{Entry, Heading, LABEL_EM, Subplot, Symbol, TITLE_EM, gutter, x_axis, y_axis};
 use super::printable;
 use crate::measure::{CircleTest, Direction, Radial, Spike};
 
@@ -20,22 +20,22 @@ const ANGLES_PX: f64 = 26.0;
 const GAP: f64 = 34.0;
 /// Spikes lower than this share of the grid are not marked.
 const SPIKE_SHARE: f64 = 0.02;
-const NOMINAL: Pen = Pen { colour: DESIRED, width_px: 2.5, dash: None };
+const NOMINAL: LineStyle = LineStyle { colour: DESIRED, width_px: 2.5, dash: None };
 
-pub(in super::super) fn sheet(test: &CircleTest) -> Sheet {
-    let mut sheet = Sheet::default();
-    let space = heading(test).draw(&mut sheet);
+pub(in super::super) fn figure(test: &CircleTest) -> Figure {
+    let mut figure = Figure::default();
+    let space = heading(test).draw(&mut figure);
     let side = space.height().min(0.57 * space.width());
     let square = Frame { right: space.left + side, bottom: space.top + side, ..space };
-    // The foot of the sheet is for titles of axes, which a circle has not.
+    // The foot of the figure is for titles of axes, which a circle has not.
     let square = Frame { bottom: square.bottom + 20.0, top: square.top + 20.0, ..square };
-    polar(&mut sheet, test, &square);
-    unrolled(&mut sheet, test, &Frame { left: square.right + GAP, ..space });
-    sheet
+    polar(&mut figure, test, &square);
+    unrolled(&mut figure, test, &Frame { left: square.right + GAP, ..space });
+    figure
 }
 
-fn pens(test: &CircleTest) -> impl Iterator<Item = (&Direction, Pen)> {
-    test.directions.iter().zip(RUN_COLOURS).map(|(direction, colour)| (direction, Pen::solid(colour, CURVE_PX)))
+fn line_styles(test: &CircleTest) -> impl Iterator<Item = (&Direction, LineStyle)> {
+    test.directions.iter().zip(RUN_COLOURS).map(|(direction, colour)| (direction, LineStyle::solid(colour, CURVE_PX)))
 }
 
 fn name(direction: &Direction) -> &'static str {
@@ -44,22 +44,22 @@ fn name(direction: &Direction) -> &'static str {
 
 fn heading(test: &CircleTest) -> Heading {
     let title = font::shortened(&printable(&test.scenario), TITLE_EM, 520.0);
-    let f = |value: f64| figure(value, 4);
+    let f = |value: f64| significant(value, 4);
     let [a, b] = &test.directions;
-    let mut legend: Vec<Entry> = pens(test)
-        .map(|(direction, pen)| {
-            Entry::line(pen, format!("{}: G {} µm", name(direction), f(direction.circular_deviation_um)))
+    let mut legend: Vec<Entry> = line_styles(test)
+        .map(|(direction, line_style)| {
+            Entry::line(line_style, format!("{}: G {} µm", name(direction), f(direction.circular_deviation_um)))
         })
         .collect();
     legend.push(Entry::line(NOMINAL, "nominal"));
-    if pens(test).any(|(direction, _)| direction.spikes.iter().any(|spike| is_marked(spike, &grid(test).0))) {
+    if line_styles(test).any(|(direction, _)| direction.spikes.iter().any(|spike| is_marked(spike, &grid(test).0))) {
         legend.push(Entry { symbol: Symbol::Ring(INK), text: "tip of a reversal spike".to_owned() });
     }
     Heading {
         title: format!(
             "{title}: circular test, radius {} mm at {} mm/s",
-            figure(test.radius_mm, 5),
-            figure(test.feed_mm_s, 5)
+            significant(test.radius_mm, 5),
+            significant(test.feed_mm_s, 5)
         ),
         subtitle: format!(
             "Both directions: G(b) {} µm, hysteresis H {} µm, mean radial deviation D {} µm; radial deviation F {} … {} µm",
@@ -92,7 +92,7 @@ fn grid(test: &CircleTest) -> (Range, f64) {
     (Range { low, high }, step)
 }
 
-fn polar(sheet: &mut Sheet, test: &CircleTest, square: &Frame) {
+fn polar(figure: &mut Figure, test: &CircleTest, square: &Frame) {
     let unit = || Axis::linear(Range { low: -1.0, high: 1.0 }, square.width(), 95.0, false);
     // Labels keep off the angles around the grid.
     let inset = ANGLES_PX - 4.0;
@@ -102,7 +102,7 @@ fn polar(sheet: &mut Sheet, test: &CircleTest, square: &Frame) {
         right: square.right - inset,
         bottom: square.bottom - inset,
     };
-    let mut panel = Panel::new(inner, unit(), unit());
+    let mut subplot = Subplot::new(inner, unit(), unit());
     let middle = (0.5 * (square.left + square.right), 0.5 * (square.top + square.bottom));
     let outer = 0.5 * square.width() - ANGLES_PX;
     let (range, step) = grid(test);
@@ -116,47 +116,50 @@ fn polar(sheet: &mut Sheet, test: &CircleTest, square: &Frame) {
     let steps = (range.span() / step).round().clamp(1.0, 20.0);
     let levels = || (0..=20).map(f64::from).take_while(move |k| *k <= steps).map(move |k| range.low + k * step);
     for level in levels() {
-        let pen = if level == range.low + steps * step { BORDER } else { GRID };
-        sheet.curve(&ring(level), square, Pen::solid(pen, 1.0));
+        let line_style = if level == range.low + steps * step { BORDER } else { GRID };
+        figure.curve(&ring(level), square, LineStyle::solid(line_style, 1.0));
     }
     for angle in (0..360).step_by(45).map(f64::from) {
-        sheet.line(&[place(angle, range.low), place(angle, range.high)], Pen::solid(GRID, 1.0));
+        figure.line(&[place(angle, range.low), place(angle, range.high)], LineStyle::solid(GRID, 1.0));
         let (sin, cos) = libm::sincos(angle.to_radians());
         let at = (middle.0 + (outer + 17.0) * cos, middle.1 - (outer + 14.0) * sin);
-        let label = Lettering::new(at, format!("{}°", figure(angle, 3)), LABEL_EM, Anchor::Middle).coloured(MUTED);
-        panel.keep_off(label.frame());
-        sheet.text(label);
+        let label =
+            TextFormat::new(at, format!("{}°", significant(angle, 3)), LABEL_EM, Anchor::Middle).coloured(MUTED);
+        subplot.keep_off(label.frame());
+        figure.text(label);
     }
     let nominal = ring(0.0);
-    sheet.curve(&nominal, square, NOMINAL);
-    panel.keep_clear(nominal);
-    for (direction, pen) in pens(test) {
+    figure.curve(&nominal, square, NOMINAL);
+    subplot.keep_clear(nominal);
+    for (direction, line_style) in line_styles(test) {
         let points: Vec<Px> = closed(&direction.trace).map(|r| place(r.angle_deg, r.deviation_um)).collect();
-        sheet.curve(&points, square, pen);
-        panel.keep_clear(points);
+        figure.curve(&points, square, line_style);
+        subplot.keep_clear(points);
     }
     // Over the curves: a number that is crossed out tells nothing.
     for level in levels() {
-        let label = Lettering::new(place(67.5, level), figure(level, 4), LABEL_EM, Anchor::Middle).coloured(MUTED);
+        let label =
+            TextFormat::new(place(67.5, level), significant(level, 4), LABEL_EM, Anchor::Middle).coloured(MUTED);
         let Frame { left, top, right, bottom } = label.frame();
-        sheet.rectangle(&Frame { left: left - 2.0, top: top + 1.0, right: right + 2.0, bottom: bottom - 1.0 }, WHITE);
-        panel.keep_off(label.frame());
-        sheet.text(label);
+        figure.rectangle(&Frame { left: left - 2.0, top: top + 1.0, right: right + 2.0, bottom: bottom - 1.0 }, WHITE);
+        subplot.keep_off(label.frame());
+        figure.text(label);
     }
-    let said = format!("{} µm a division", figure(step, 3));
-    sheet.text(Lettering::new(middle, said, LABEL_EM, Anchor::Middle).coloured(MUTED));
+    let said = format!("{} µm a division", significant(step, 3));
+    figure.text(TextFormat::new(middle, said, LABEL_EM, Anchor::Middle).coloured(MUTED));
     let marked = || {
-        let all = pens(test).flat_map(|(direction, pen)| direction.spikes.iter().map(move |spike| (spike, pen)));
+        let all = line_styles(test)
+            .flat_map(|(direction, line_style)| direction.spikes.iter().map(move |spike| (spike, line_style)));
         let seen = all.filter(|(spike, _)| is_marked(spike, &range));
-        seen.map(|(spike, pen)| (spike, pen, place(spike.tip_deg, spike.tip_um)))
+        seen.map(|(spike, line_style)| (spike, line_style, place(spike.tip_deg, spike.tip_um)))
     };
-    for (_, pen, (x, y)) in marked() {
-        sheet.ring((x, y), 4.0, 1.5, pen.colour);
-        panel.keep_off(Frame { left: x - 5.0, top: y - 5.0, right: x + 5.0, bottom: y + 5.0 });
+    for (_, line_style, (x, y)) in marked() {
+        figure.ring((x, y), 4.0, 1.5, line_style.colour);
+        subplot.keep_off(Frame { left: x - 5.0, top: y - 5.0, right: x + 5.0, bottom: y + 5.0 });
     }
-    for (spike, pen, at) in marked() {
-        let text = format!("{} {} µm", spike.axis.to_uppercase(), figure(spike.height_um, 3));
-        panel.point_label(sheet, at, &text, pen.colour);
+    for (spike, line_style, at) in marked() {
+        let text = format!("{} {} µm", spike.axis.to_uppercase(), significant(spike.height_um, 3));
+        subplot.point_label(figure, at, &text, line_style.colour);
     }
 }
 
@@ -165,22 +168,22 @@ fn closed(trace: &[Radial]) -> impl Iterator<Item = Radial> + '_ {
     trace.iter().chain(trace.first()).copied()
 }
 
-fn unrolled(sheet: &mut Sheet, test: &CircleTest, space: &Frame) {
+fn unrolled(figure: &mut Figure, test: &CircleTest, space: &Frame) {
     let (range, _) = grid(test);
     let y = y_axis(range, space.height(), false);
     let gutter = gutter(&[&y]);
     let frame = Frame { left: space.left + gutter, right: space.right - 8.0, ..*space };
     let mut x = x_axis(Range { low: 0.0, high: 360.0 }, frame.width(), false);
     x.ticks = [0.0, 90.0, 180.0, 270.0, 360.0].map(|value| Tick { value, label: format!("{value}") }).into();
-    let mut panel = Panel::new(frame, x, y);
-    panel.grid(sheet);
-    panel.level(sheet, 0.0, NOMINAL);
-    for (direction, pen) in pens(test) {
+    let mut subplot = Subplot::new(frame, x, y);
+    subplot.grid(figure);
+    subplot.level(figure, 0.0, NOMINAL);
+    for (direction, line_style) in line_styles(test) {
         let mut trace = direction.trace.clone();
         trace.sort_by(|a, b| a.angle_deg.total_cmp(&b.angle_deg));
-        panel.curve(sheet, trace.iter().map(|r| (r.angle_deg, r.deviation_um)), pen);
+        subplot.curve(figure, trace.iter().map(|r| (r.angle_deg, r.deviation_um)), line_style);
     }
-    panel.border(sheet, true, true);
-    panel.x_title(sheet, "angle from +X", "°");
-    panel.y_title(sheet, gutter, "radial deviation", "µm");
+    subplot.border(figure, true, true);
+    subplot.x_title(figure, "angle from +X", "°");
+    subplot.y_title(figure, gutter, "radial deviation", "µm");
 }

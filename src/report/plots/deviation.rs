@@ -1,11 +1,11 @@
 //! Deviation maps side by side, with one scale.
 
-use super::super::axis::{Axis, Range, figure};
+use super::super::axis::{Axis, Range, significant};
 use super::super::curve::Frame;
+use super::super::figure::{Anchor, BORDER, Colour, Figure, INK, Image, LineStyle, MUTED, TextFormat, WHITE};
 use super::super::font;
-use super::super::machining::{DeviationPanel, DeviationPicture};
-use super::super::panel::{Entry, Heading, LABEL_EM, Panel, Symbol, TITLE_EM, gutter, x_axis, y_axis};
-use super::super::sheet::{Anchor, BORDER, Colour, INK, Image, Lettering, MUTED, Pen, Sheet, WHITE};
+use super::super::machining::{DeviationPicture, DeviationSubplot};
+use super::super::subplot::{Entry, Heading, LABEL_EM, Subplot, Symbol, TITLE_EM, gutter, x_axis, y_axis};
 use super::sweep::colour::mixed;
 use super::{capital, printable};
 
@@ -24,7 +24,7 @@ const BAR_PX: f64 = 18.0;
 const ROOM_PX: f64 = 180.0;
 /// Room above a map for its title.
 const TITLE_PX: f64 = 24.0;
-/// Below the lowest panel.
+/// Below the lowest subplot.
 const FOOT_PX: f64 = 62.0;
 const GAP_PX: f64 = 36.0;
 
@@ -73,7 +73,7 @@ impl Scale {
     }
 
     /// The bar, right of the maps.
-    fn draw(&self, sheet: &mut Sheet, beside: &Frame, picture: &DeviationPicture<'_>) {
+    fn draw(&self, figure: &mut Figure, beside: &Frame, picture: &DeviationPicture<'_>) {
         let left = beside.right + 26.0;
         let frame = Frame { left, right: left + BAR_PX, ..*beside };
         let at = |value: f64| frame.bottom - self.place(value) * frame.height();
@@ -83,19 +83,19 @@ impl Scale {
             for (end, sign) in [(self.gouge_um, -1.0), (self.excess_um, 1.0)] {
                 let (a, b) = (at(sign * end * ends[0]), at(sign * end * ends[1]));
                 let part = Frame { top: a.min(b), bottom: (a.max(b) + 0.6).min(frame.bottom), ..frame };
-                sheet.rectangle(&part, self.colour(sign * end * middle));
+                figure.rectangle(&part, self.colour(sign * end * middle));
             }
         }
         let Frame { left, right, top, bottom } = frame;
-        let pen = Pen::solid(BORDER, 1.0);
-        sheet.line(&[(left, top), (right, top), (right, bottom), (left, bottom), (left, top)], pen);
+        let line_style = LineStyle::solid(BORDER, 1.0);
+        figure.line(&[(left, top), (right, top), (right, bottom), (left, bottom), (left, top)], line_style);
         let mut taken: Vec<Frame> = Vec::new();
-        let mut label = |sheet: &mut Sheet, y: f64, text: &str, colour: Colour| {
-            let text = Lettering::new((right + 9.0, y), text, LABEL_EM, Anchor::Left).coloured(colour);
+        let mut label = |figure: &mut Figure, y: f64, text: &str, colour: Colour| {
+            let text = TextFormat::new((right + 9.0, y), text, LABEL_EM, Anchor::Left).coloured(colour);
             let free = !taken.iter().any(|other| other.overlaps(&text.frame()));
             if free {
                 taken.push(text.frame());
-                sheet.text(text);
+                figure.text(text);
             }
             free
         };
@@ -105,8 +105,8 @@ impl Scale {
         for (limit, end) in limits {
             if let Some(limit) = limit.filter(|limit| *limit != 0.0 && limit.abs() <= end) {
                 let y = at(limit);
-                sheet.line(&[(left - 5.0, y), (right + 6.0, y)], Pen::solid(INK, 2.0));
-                label(sheet, y, &font::fitted(&format!("limit {}", figure(limit, 4)), LABEL_EM, 100.0), INK);
+                figure.line(&[(left - 5.0, y), (right + 6.0, y)], LineStyle::solid(INK, 2.0));
+                label(figure, y, &font::fitted(&format!("limit {}", significant(limit, 4)), LABEL_EM, 100.0), INK);
             }
         }
         let sides = [Range { low: 0.0, high: self.excess_um }, Range { low: -self.gouge_um, high: 0.0 }];
@@ -114,30 +114,30 @@ impl Scale {
             let axis = Axis::linear(range, share * frame.height(), 34.0, false);
             for tick in axis.ticks {
                 let y = at(tick.value);
-                if label(sheet, y, &figure(tick.value, 4), INK) {
-                    sheet.line(&[(right, y), (right + 4.0, y)], pen);
+                if label(figure, y, &significant(tick.value, 4), INK) {
+                    figure.line(&[(right, y), (right + 4.0, y)], line_style);
                 }
             }
         }
         if self.gouge_um.max(self.excess_um) > 1.05 * self.gouge_um.min(self.excess_um) {
             // A gouge of 10 µm beside a scallop of 250 µm would not be seen on one scale; but the reader must know.
             let zero = at(0.0);
-            sheet.line(&[(left - 5.0, zero), (right + 4.0, zero)], Pen::solid(INK, 1.2));
+            figure.line(&[(left - 5.0, zero), (right + 4.0, zero)], LineStyle::solid(INK, 1.2));
             // Below the numbers of the map beside it.
             for (line, text) in [(33.0, "Each half has its"), (49.0, "own scale.")] {
-                let text = Lettering::new((left - 4.0, bottom + line), text, LABEL_EM, Anchor::Left);
-                sheet.text(text.coloured(MUTED));
+                let text = TextFormat::new((left - 4.0, bottom + line), text, LABEL_EM, Anchor::Left);
+                figure.text(text.coloured(MUTED));
             }
         }
         let at = (beside.right + ROOM_PX - 16.0, 0.5 * (top + bottom));
-        let title = Lettering::new(at, "deviation [µm]: gouge −, excess +", 14.0, Anchor::Middle);
-        sheet.text(Lettering { upwards: true, ..title });
+        let title = TextFormat::new(at, "deviation [µm]: gouge −, excess +", 14.0, Anchor::Middle);
+        figure.text(TextFormat { upwards: true, ..title });
     }
 }
 
 /// A map with rows counted, its extremes found.
 struct Map<'a> {
-    panel: &'a DeviationPanel<'a>,
+    subplot: &'a DeviationSubplot<'a>,
     rows: usize,
     largest: Option<(f64, [f64; 2])>,
     least: Option<(f64, [f64; 2])>,
@@ -145,22 +145,22 @@ struct Map<'a> {
 }
 
 impl<'a> Map<'a> {
-    fn of(panel: &'a DeviationPanel<'a>) -> Option<Self> {
-        let rows = panel.values_um.len() / panel.columns.max(1);
-        let sound = panel.cell_mm > 0.0 && panel.cell_mm <= 1e6 && panel.low_mm.iter().all(|c| c.abs() <= 1e9);
-        if !sound || panel.columns == 0 || rows == 0 {
+    fn of(subplot: &'a DeviationSubplot<'a>) -> Option<Self> {
+        let rows = subplot.values_um.len() / subplot.columns.max(1);
+        let sound = subplot.cell_mm > 0.0 && subplot.cell_mm <= 1e6 && subplot.low_mm.iter().all(|c| c.abs() <= 1e9);
+        if !sound || subplot.columns == 0 || rows == 0 {
             return None;
         }
-        let mut map = Self { panel, rows, largest: None, least: None, uncut: false };
-        for (index, value) in panel.values_um.iter().take(rows * panel.columns).enumerate() {
+        let mut map = Self { subplot, rows, largest: None, least: None, uncut: false };
+        for (index, value) in subplot.values_um.iter().take(rows * subplot.columns).enumerate() {
             map.uncut |= *value == f32::INFINITY;
             if !value.is_finite() {
                 continue;
             }
             let value = f64::from(*value);
             let at = || {
-                let place = [index % panel.columns, index / panel.columns];
-                [0, 1].map(|i| panel.low_mm[i] + (place[i] as f64 + 0.5) * panel.cell_mm)
+                let place = [index % subplot.columns, index / subplot.columns];
+                [0, 1].map(|i| subplot.low_mm[i] + (place[i] as f64 + 0.5) * subplot.cell_mm)
             };
             if map.largest.is_none_or(|(other, _)| value > other) {
                 map.largest = Some((value, at()));
@@ -173,21 +173,21 @@ impl<'a> Map<'a> {
     }
 
     fn side(&self, cells: usize) -> f64 {
-        cells as f64 * self.panel.cell_mm
+        cells as f64 * self.subplot.cell_mm
     }
 
     fn ranges(&self) -> [Range; 2] {
-        let [x, y] = self.panel.low_mm;
-        [Range { low: x, high: x + self.side(self.panel.columns) }, Range { low: y, high: y + self.side(self.rows) }]
+        let [x, y] = self.subplot.low_mm;
+        [Range { low: x, high: x + self.side(self.subplot.columns) }, Range { low: y, high: y + self.side(self.rows) }]
     }
 
     /// The map's picture: the worst of each block of cells.
     fn image(&self, scale: &Scale, frame: Frame) -> Image {
-        let (width, height) = (self.panel.columns, self.rows);
+        let (width, height) = (self.subplot.columns, self.rows);
         let block = width.max(height).div_ceil(MOST_SQUARES).max(1);
         let (columns, rows) = (width.div_ceil(block), height.div_ceil(block));
         let mut worst = vec![f32::NAN; columns * rows];
-        for (row, values) in self.panel.values_um.chunks(width).take(height).enumerate() {
+        for (row, values) in self.subplot.values_um.chunks(width).take(height).enumerate() {
             for (column, value) in values.iter().enumerate() {
                 let square = (rows - 1 - row / block) * columns + column / block;
                 if let Some(worst) = worst.get_mut(square)
@@ -232,8 +232,8 @@ fn apart(mut axis: Axis, length_px: f64, across: bool) -> Axis {
     axis
 }
 
-pub(in super::super) fn sheet(picture: &DeviationPicture<'_>) -> Sheet {
-    let mut sheet = Sheet::default();
+pub(in super::super) fn figure(picture: &DeviationPicture<'_>) -> Figure {
+    let mut figure = Figure::default();
     let maps: Vec<Map<'_>> = picture.maps.iter().take(2).filter_map(Map::of).collect();
     let scale = Scale::of(picture);
     let mut head = Heading {
@@ -241,7 +241,7 @@ pub(in super::super) fn sheet(picture: &DeviationPicture<'_>) -> Sheet {
             "{}: deviation from the design surface",
             font::shortened(&printable(picture.name), TITLE_EM, 620.0)
         ),
-        subtitle: capital(&printable(picture.facts)),
+        subtitle: capital(&printable(picture.caption)),
         ..Heading::default()
     };
     if maps.is_empty() {
@@ -255,13 +255,16 @@ pub(in super::super) fn sheet(picture: &DeviationPicture<'_>) -> Sheet {
         (picture.excess_limit_um, scale.excess_um, "limit of the excess"),
     ] {
         if let Some(limit) = limit.filter(|limit| *limit > end) {
-            head.legend.push(Entry::line(Pen::solid(INK, 2.0), format!("{what} {} µm (off scale)", figure(limit, 4))));
+            head.legend.push(Entry::line(
+                LineStyle::solid(INK, 2.0),
+                format!("{what} {} µm (off scale)", significant(limit, 4)),
+            ));
         }
     }
     if maps.iter().any(|map| map.uncut) {
         head.legend.push(Entry { symbol: Symbol::Area(UNCUT), text: "uncut".to_owned() });
     }
-    let space = head.draw(&mut sheet);
+    let space = head.draw(&mut figure);
     let maps_frame = Frame { top: space.top + TITLE_PX, right: space.right - ROOM_PX, ..space };
     let count = maps.len().max(1) as f64;
     let all = |i: usize| {
@@ -278,7 +281,7 @@ pub(in super::super) fn sheet(picture: &DeviationPicture<'_>) -> Sheet {
     let gap = GAP_PX.max(widest + 20.0);
     let room = (maps_frame.width() - gutter - (count - 1.0) * gap) / count;
     let px_per_mm = (room / x.span()).min(maps_frame.height() / y.span());
-    // However long and thin a part is, there is a panel.
+    // However long and thin a part is, there is a subplot.
     let (width, height) = ((px_per_mm * x.span()).max(40.0), (px_per_mm * y.span()).max(40.0));
     y_numbers = if height < 0.8 * maps_frame.height() { y_axis(y, height, false) } else { y_numbers };
     y_numbers = apart(y_numbers, height, false);
@@ -287,40 +290,41 @@ pub(in super::super) fn sheet(picture: &DeviationPicture<'_>) -> Sheet {
         let left = maps_frame.left + gutter + i as f64 * (width + gap);
         let frame = Frame { left, top: maps_frame.top, right: left + width, bottom: maps_frame.top + height };
         last = frame;
-        let mut panel = Panel::filled(frame, apart(x_axis(x, width, false), width, true), y_numbers.clone());
+        let mut subplot = Subplot::filled(frame, apart(x_axis(x, width, false), width, true), y_numbers.clone());
         let [own_x, own_y] = map.ranges();
-        let ((left, bottom), (right, top)) = (panel.at(own_x.low, own_y.low), panel.at(own_x.high, own_y.high));
-        sheet.image(map.image(&scale, Frame { left, top, right, bottom }));
-        panel.border(&mut sheet, true, i == 0);
-        panel.x_title(&mut sheet, "x", "mm");
+        let ((left, bottom), (right, top)) = (subplot.at(own_x.low, own_y.low), subplot.at(own_x.high, own_y.high));
+        figure.image(map.image(&scale, Frame { left, top, right, bottom }));
+        subplot.border(&mut figure, true, i == 0);
+        subplot.x_title(&mut figure, "x", "mm");
         if i == 0 {
-            panel.y_title(&mut sheet, gutter, "y", "mm");
+            subplot.y_title(&mut figure, gutter, "y", "mm");
         }
         // Up to the next map, or the bar.
         let slot = if i + 1 < maps.len() { width + gap - 10.0 } else { maps_frame.right - left };
-        let facts = font::fitted(&printable(map.panel.facts), LABEL_EM, slot);
+        let caption = font::fitted(&printable(map.subplot.caption), LABEL_EM, slot);
         if height + 90.0 < maps_frame.height() + FOOT_PX {
-            sheet
-                .text(Lettering::new((frame.left, frame.bottom + 66.0), facts, LABEL_EM, Anchor::Left).coloured(MUTED));
+            figure.text(
+                TextFormat::new((frame.left, frame.bottom + 66.0), caption, LABEL_EM, Anchor::Left).coloured(MUTED),
+            );
         }
-        let title = font::fitted(&printable(map.panel.title), 15.0, slot);
-        sheet.text(Lettering::new((frame.left, frame.top - 14.0), title, 15.0, Anchor::Left));
-        let signed = |value: f64| format!("{}{} µm", if value > 0.0 { "+" } else { "" }, figure(value, 4));
+        let title = font::fitted(&printable(map.subplot.title), 15.0, slot);
+        figure.text(TextFormat::new((frame.left, frame.top - 14.0), title, 15.0, Anchor::Left));
+        let signed = |value: f64| format!("{}{} µm", if value > 0.0 { "+" } else { "" }, significant(value, 4));
         let marks = [(map.largest.filter(|m| m.0 > 0.0), EXCESS[4]), (map.least.filter(|m| m.0 < 0.0), GOUGE[3])];
-        let marks = marks.map(|(found, colour)| found.map(|(value, [x, y])| (panel.at(x, y), signed(value), colour)));
+        let marks = marks.map(|(found, colour)| found.map(|(value, [x, y])| (subplot.at(x, y), signed(value), colour)));
         for (at, _, colour) in marks.iter().flatten() {
-            sheet.dot(*at, 7.0, WHITE);
-            sheet.ring(*at, 6.0, 2.2, *colour);
+            figure.dot(*at, 7.0, WHITE);
+            figure.ring(*at, 6.0, 2.2, *colour);
             // No label hides a mark.
             let corners = [(-8.0, -8.0), (8.0, 8.0), (-8.0, 8.0), (8.0, -8.0)];
-            panel.keep_clear(corners.iter().map(|(dx, dy)| (at.0 + dx, at.1 + dy)).collect());
+            subplot.keep_clear(corners.iter().map(|(dx, dy)| (at.0 + dx, at.1 + dy)).collect());
         }
         for (at, text, colour) in marks.into_iter().flatten() {
-            panel.point_label(&mut sheet, at, &text, colour);
+            subplot.point_label(&mut figure, at, &text, colour);
         }
     }
     if !maps.is_empty() {
-        scale.draw(&mut sheet, &Frame { bottom: last.bottom.max(last.top + 220.0), ..last }, picture);
+        scale.draw(&mut figure, &Frame { bottom: last.bottom.max(last.top + 220.0), ..last }, picture);
     }
-    sheet
+    figure
 }

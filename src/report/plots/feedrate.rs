@@ -1,11 +1,11 @@
 //! Feed, acceleration and jerk over time, beside another profile.
 
 use super::super::PlotSample;
-use super::super::axis::{Range, figure};
+use super::super::axis::{Range, significant};
 use super::super::curve::Frame;
-use super::super::panel::{Entry, Panel, gutter, panel_height, stack, x_axis, y_axis};
-use super::super::sheet::{Anchor, CURVE_PX, Lettering, MUTED, Sheet};
-use super::{LIMIT, Named, change, comparison_pen, heading, limits, off_scale, samples, time_range};
+use super::super::figure::{Anchor, CURVE_PX, Figure, MUTED, TextFormat};
+use super::super::subplot::{Entry, Subplot, gutter, stack, subplot_height, x_axis, y_axis};
+use super::{LIMIT, Named, change, comparison_line_style, heading, limits, off_scale, samples, time_range};
 use crate::feedrate::{Motion, MotionSample};
 
 const GAP: f64 = 14.0;
@@ -44,35 +44,35 @@ const QUANTITIES: [Quantity; 3] = [
 /// Time and motion of a profile that runs are compared with.
 type Profile = Vec<(f64, MotionSample)>;
 
-pub(super) fn sheet(runs: &[Named<'_>]) -> Sheet {
-    let mut sheet = Sheet::default();
+pub(super) fn figure(runs: &[Named<'_>]) -> Figure {
+    let mut figure = Figure::default();
     let samples = samples(runs);
     let time = time_range(runs, &samples);
     let compared = comparisons(runs);
 
     let mut head = heading(runs, "feed, acceleration and jerk along the path");
     if let [run] = runs {
-        head.subtitle = figures(run);
+        head.subtitle = metrics(run);
     }
     for run in runs {
         let text =
             if runs.len() == 1 { run.name.clone() } else { format!("{} ({})", run.short(), peak_jerk_text(run)) };
-        head.legend.push(Entry::line(run.pen(CURVE_PX), text));
+        head.legend.push(Entry::line(run.line_style(CURVE_PX), text));
         if let Some((_, name, _)) = compared.iter().find(|(of, _, _)| of.name == run.name) {
-            head.legend.push(Entry::line(comparison_pen(runs, run), name.as_str()));
+            head.legend.push(Entry::line(comparison_line_style(runs, run), name.as_str()));
         }
     }
     let scales = QUANTITIES.each_ref().map(|quantity| scale(runs, &samples, &compared, quantity));
     for (quantity, (_, limits)) in QUANTITIES.iter().zip(&scales) {
         head.legend.extend(off_scale(limits, &format!("{} limit", quantity.name), quantity.unit));
     }
-    let mut space = head.draw(&mut sheet);
+    let mut space = head.draw(&mut figure);
     let phase_end = short_phase_end(runs, &samples, &time);
     if phase_end.is_some() {
         space.top += 18.0;
     }
 
-    let height = panel_height(&space, 3, GAP);
+    let height = subplot_height(&space, 3, GAP);
     let y = scales.each_ref().map(|(range, _)| y_axis(*range, height, false));
     let y_axes = [&y[0], &y[1], &y[2]];
     let gutter = gutter(&y_axes);
@@ -84,39 +84,39 @@ pub(super) fn sheet(runs: &[Named<'_>]) -> Sheet {
         let (wide, narrow) = columns(frame, phase_end.is_some());
         let columns = [Some((wide, time)), narrow.zip(phase_end.map(|high| Range { low: time.low, high }))];
         for (column, (frame, time)) in columns.into_iter().flatten().enumerate() {
-            let mut panel = Panel::new(frame, x_axis(time, frame.width(), false), y.clone());
-            panel.grid(&mut sheet);
+            let mut subplot = Subplot::new(frame, x_axis(time, frame.width(), false), y.clone());
+            subplot.grid(&mut figure);
             for (limit, _) in limits {
-                panel.level(&mut sheet, *limit, LIMIT);
-                panel.level(&mut sheet, -*limit, LIMIT);
+                subplot.level(&mut figure, *limit, LIMIT);
+                subplot.level(&mut figure, -*limit, LIMIT);
             }
             for (run, _, profile) in &compared {
                 let values = profile.iter().map(|(t, m)| (*t, (quantity.of_motion)(m)));
-                panel.curve(&mut sheet, values, comparison_pen(runs, run));
+                subplot.curve(&mut figure, values, comparison_line_style(runs, run));
             }
             for (run, samples) in runs.iter().zip(&samples) {
                 let values = samples.iter().map(|s| (s.time_s, (quantity.of_sample)(s)));
-                panel.curve(&mut sheet, values, run.pen(CURVE_PX));
+                subplot.curve(&mut figure, values, run.line_style(CURVE_PX));
             }
             for (limit, _) in limits.iter().filter(|_| column == 0) {
-                let text = format!("limit ±{} {}", figure(*limit, 6), quantity.unit);
-                panel.level_label(&mut sheet, *limit, &text, LIMIT.colour);
+                let text = format!("limit ±{} {}", significant(*limit, 6), quantity.unit);
+                subplot.level_label(&mut figure, *limit, &text, LIMIT.colour);
             }
-            panel.border(&mut sheet, row == 2, column == 0);
+            subplot.border(&mut figure, row == 2, column == 0);
             if column == 0 {
-                panel.y_title(&mut sheet, gutter, quantity.name, quantity.unit);
+                subplot.y_title(&mut figure, gutter, quantity.name, quantity.unit);
             }
             if row == 2 {
-                panel.x_title(&mut sheet, "time", "s");
+                subplot.x_title(&mut figure, "time", "s");
             }
             if row == 0 && phase_end.is_some() {
                 let text = if column == 0 { "whole run" } else { "acceleration phase" };
                 let at = (frame.left, frame.top - 12.0);
-                sheet.text(Lettering::new(at, text, 13.0, Anchor::Left).coloured(MUTED));
+                figure.text(TextFormat::new(at, text, 13.0, Anchor::Left).coloured(MUTED));
             }
         }
     }
-    sheet
+    figure
 }
 
 /// Range of a quantity over all runs, and its limits with whether they are in view.
@@ -145,7 +145,7 @@ fn comparisons<'a, 'b>(runs: &'a [Named<'b>]) -> Vec<(&'a Named<'b>, String, Pro
     let mut seen: Vec<&Motion> = Vec::new();
     let mut compared = Vec::new();
     for run in runs {
-        let Some((name, motion)) = &run.data.facts().comparison else { continue };
+        let Some((name, motion)) = &run.data.metadata().comparison else { continue };
         if !seen.contains(&motion) {
             seen.push(motion);
             compared.push((run, super::printable(name), profile(motion)));
@@ -178,7 +178,7 @@ fn is_drawable(m: &MotionSample) -> bool {
 /// Where the column of the acceleration phase ends, if the phase is short beside the run but not a few samples only.
 fn short_phase_end(runs: &[Named<'_>], samples: &[Vec<PlotSample>], time: &Range) -> Option<f64> {
     let mut end = f64::NEG_INFINITY;
-    let period = runs.iter().map(|run| run.data.facts().period_s).fold(0.0, f64::max);
+    let period = runs.iter().map(|run| run.data.metadata().period_s).fold(0.0, f64::max);
     for samples in samples {
         let peak = samples.iter().map(|s| s.feed_mm_s.abs()).fold(0.0, f64::max);
         let reached = samples.iter().find(|s| s.feed_mm_s.abs() >= 0.9999 * peak && peak > 0.0)?;
@@ -199,28 +199,28 @@ fn columns(frame: Frame, divided: bool) -> (Frame, Option<Frame>) {
 /// The largest jerk of a run, infinite where the acceleration steps; that of the samples if nothing better is known.
 fn peak_jerk(run: &Named<'_>) -> f64 {
     let checked = || run.data.limit("jerk_mm_s3").map(|check| check.value);
-    run.data.facts().peak_jerk_mm_s3.or_else(checked).unwrap_or(run.data.figures().peak_jerk_mm_s3)
+    run.data.metadata().peak_jerk_mm_s3.or_else(checked).unwrap_or(run.data.metrics().peak_jerk_mm_s3)
 }
 
 fn peak_jerk_text(run: &Named<'_>) -> String {
-    format!("peak jerk {} mm/s³", figure(peak_jerk(run), 5))
+    format!("peak jerk {} mm/s³", significant(peak_jerk(run), 5))
 }
 
-fn figures(run: &Named<'_>) -> String {
-    let figures = run.data.figures();
+fn metrics(run: &Named<'_>) -> String {
+    let metrics = run.data.metrics();
     let mut text = format!(
         "Peak feed {} mm/s, acceleration {} mm/s², jerk {} mm/s³",
-        figure(figures.peak_feed_mm_s, 5),
-        figure(figures.peak_accel_mm_s2, 5),
-        figure(peak_jerk(run), 5)
+        significant(metrics.peak_feed_mm_s, 5),
+        significant(metrics.peak_accel_mm_s2, 5),
+        significant(peak_jerk(run), 5)
     );
-    if let Some((name, motion)) = &run.data.facts().comparison {
+    if let Some((name, motion)) = &run.data.metadata().comparison {
         let other = motion.peaks().jerk_mm_s3;
         let change = change(other, peak_jerk(run)).map(|change| format!("{change} against ")).unwrap_or_default();
-        text = format!("{text} ({change}{}: {})", super::printable(name), figure(other, 5));
+        text = format!("{text} ({change}{}: {})", super::printable(name), significant(other, 5));
     }
-    match run.data.facts().n_c {
-        Some(n_c) => format!("{text}, n_c = {}", figure(n_c, 5)),
+    match run.data.metadata().n_c {
+        Some(n_c) => format!("{text}, n_c = {}", significant(n_c, 5)),
         None => text,
     }
 }

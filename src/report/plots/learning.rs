@@ -1,14 +1,14 @@
 //! How learning went: errors over runs, and what was learned.
 
-use super::super::axis::{Axis, Range, figure};
+use super::super::axis::{Axis, Range, significant};
 use super::super::curve::{Dash, Frame};
+use super::super::figure::{CURVE_PX, Colour, Figure, INK, LineStyle, MUTED, RUN_COLOURS};
 use super::super::font;
-use super::super::panel::{Entry, Heading, Panel, TITLE_EM, gutter, x_axis, y_axis};
-use super::super::sheet::{CURVE_PX, Colour, INK, MUTED, Pen, RUN_COLOURS, Sheet};
+use super::super::subplot::{Entry, Heading, Subplot, TITLE_EM, gutter, x_axis, y_axis};
 use super::printable;
 use crate::learning::{LearnRun, Learned};
 
-/// Room between the panels, with the title of the upper one's axis in it \[px\].
+/// Room between the subplots, with the title of the upper one's axis in it \[px\].
 const GAP: f64 = 62.0;
 /// More runs than this are not marked one by one.
 const MOST_MARKED: usize = 60;
@@ -17,20 +17,20 @@ const MOST_MARKED: usize = 60;
 const SHIFTS: [Colour; 2] = [RUN_COLOURS[0], RUN_COLOURS[2]];
 
 /// What is drawn over the runs.
-type Curve = (&'static str, Pen, fn(&LearnRun) -> f64);
+type Curve = (&'static str, LineStyle, fn(&LearnRun) -> f64);
 
 fn curves() -> [Curve; 3] {
-    let dashed = |pen: Pen| Pen { dash: Some(Dash::new(6.0, 4.0)), ..pen };
+    let dashed = |line_style: LineStyle| LineStyle { dash: Some(Dash::new(6.0, 4.0)), ..line_style };
     [
-        ("tracking error, rms", Pen::solid(INK, CURVE_PX), |run| run.rms_tracking_error_um),
-        ("largest tracking error", dashed(Pen::solid(MUTED, CURVE_PX)), |run| run.max_tracking_error_um),
-        ("largest contouring error", Pen::solid(RUN_COLOURS[1], CURVE_PX), |run| run.max_contour_error_um),
+        ("tracking error, rms", LineStyle::solid(INK, CURVE_PX), |run| run.rms_tracking_error_um),
+        ("largest tracking error", dashed(LineStyle::solid(MUTED, CURVE_PX)), |run| run.max_tracking_error_um),
+        ("largest contouring error", LineStyle::solid(RUN_COLOURS[1], CURVE_PX), |run| run.max_contour_error_um),
     ]
 }
 
-pub(in super::super) fn sheet(learned: &Learned) -> Sheet {
-    let mut sheet = Sheet::default();
-    let space = heading(learned).draw(&mut sheet);
+pub(in super::super) fn figure(learned: &Learned) -> Figure {
+    let mut figure = Figure::default();
+    let space = heading(learned).draw(&mut figure);
     let half = 0.5 * (space.height() - GAP);
     let upper = Frame { bottom: space.top + half, ..space };
     let lower = Frame { top: space.bottom - half, ..space };
@@ -56,51 +56,52 @@ pub(in super::super) fn sheet(learned: &Learned) -> Sheet {
     let last = learned.runs.last().map_or(1, |run| run.run);
     let runs = Range { low: 0.5, high: f64::from(last) + 0.5 };
     let frame = inner(upper);
-    let mut panel = Panel::new(frame, x_axis(runs, frame.width(), true), y);
-    panel.grid(&mut sheet);
-    for (_, pen, pick) in curves() {
+    let mut subplot = Subplot::new(frame, x_axis(runs, frame.width(), true), y);
+    subplot.grid(&mut figure);
+    for (_, line_style, pick) in curves() {
         let points = learned.runs.iter().map(|run| (f64::from(run.run), shown(pick(run))));
-        panel.curve(&mut sheet, points.clone(), pen);
+        subplot.curve(&mut figure, points.clone(), line_style);
         if learned.runs.len() <= MOST_MARKED {
             for (run, value) in points {
-                sheet.dot(panel.at(run, value), 2.6, pen.colour);
+                figure.dot(subplot.at(run, value), 2.6, line_style.colour);
             }
         }
     }
     if let Some(best) = learned.runs.iter().find(|run| run.run == learned.best_run) {
-        for (_, pen, pick) in curves() {
-            let at = panel.at(f64::from(best.run), shown(pick(best)));
-            panel.point_label(&mut sheet, at, &format!("{} µm", figure(pick(best), 3)), pen.colour);
+        for (_, line_style, pick) in curves() {
+            let at = subplot.at(f64::from(best.run), shown(pick(best)));
+            subplot.point_label(&mut figure, at, &format!("{} µm", significant(pick(best), 3)), line_style.colour);
         }
     }
-    panel.border(&mut sheet, true, true);
-    panel.y_title(&mut sheet, gutter, "error", "µm");
-    panel.x_title(&mut sheet, "run", "");
+    subplot.border(&mut figure, true, true);
+    subplot.y_title(&mut figure, gutter, "error", "µm");
+    subplot.x_title(&mut figure, "run", "");
 
     let end = learned.corrections_mm.len().saturating_sub(1).max(1) as f64 * learned.period_s;
     let frame = inner(lower);
-    let mut panel = Panel::new(frame, x_axis(Range { low: 0.0, high: end }, frame.width(), false), below);
-    panel.grid(&mut sheet);
+    let mut subplot = Subplot::new(frame, x_axis(Range { low: 0.0, high: end }, frame.width(), false), below);
+    subplot.grid(&mut figure);
     for (shift, colour) in shifts_um.into_iter().zip(SHIFTS) {
-        panel.curve(&mut sheet, shift, Pen::solid(colour, CURVE_PX));
+        subplot.curve(&mut figure, shift, LineStyle::solid(colour, CURVE_PX));
     }
-    panel.border(&mut sheet, true, true);
-    panel.y_title(&mut sheet, gutter, "correction of the command", "µm");
-    panel.x_title(&mut sheet, "time", "s");
-    sheet
+    subplot.border(&mut figure, true, true);
+    subplot.y_title(&mut figure, gutter, "correction of the command", "µm");
+    subplot.x_title(&mut figure, "time", "s");
+    figure
 }
 
 fn heading(learned: &Learned) -> Heading {
     let name = font::shortened(&printable(&learned.scenario), TITLE_EM, 600.0);
-    let mut legend: Vec<Entry> = curves().into_iter().map(|(text, pen, _)| Entry::line(pen, text)).collect();
+    let mut legend: Vec<Entry> =
+        curves().into_iter().map(|(text, line_style, _)| Entry::line(line_style, text)).collect();
     let axes = ["correction of X", "correction of Y"].into_iter().zip(SHIFTS);
-    legend.extend(axes.map(|(text, colour)| Entry::line(Pen::solid(colour, CURVE_PX), text)));
+    legend.extend(axes.map(|(text, colour)| Entry::line(LineStyle::solid(colour, CURVE_PX), text)));
     Heading {
         title: format!("{name}: iterative learning, {} runs", learned.runs.len()),
         subtitle: format!(
             "Learning gain {}, low pass at {} Hz; below, what run {} was given",
-            figure(learned.gain, 3),
-            figure(learned.cutoff_hz, 4),
+            significant(learned.gain, 3),
+            significant(learned.cutoff_hz, 4),
             learned.best_run
         ),
         warnings: learned.diverged.iter().chain(&learned.warnings).map(|text| printable(text)).collect(),

@@ -1,10 +1,10 @@
 //! What a motion under limits of the axes asks of every axis, beside the limits.
 
-use super::super::axis::{Range, figure};
+use super::super::axis::{Range, significant};
 use super::super::curve::Dash;
 use super::super::data::{AxisLoad, AxisLoads};
-use super::super::panel::{Entry, Panel, gutter, panel_height, stack, x_axis, y_axis};
-use super::super::sheet::{CURVE_PX, Pen, RUN_COLOURS, Sheet};
+use super::super::figure::{CURVE_PX, Figure, LineStyle, RUN_COLOURS};
+use super::super::subplot::{Entry, Subplot, gutter, stack, subplot_height, x_axis, y_axis};
 use super::{LIMIT, LIMIT_IN_VIEW, Named, heading, off_scale};
 use crate::limits::AXIS_NAMES;
 
@@ -34,10 +34,10 @@ const QUANTITIES: [Quantity; 3] = [
     Quantity { name: "jerk", unit: "mm/s³", of_load: |load| load.jerk_mm_s3, limits: |loads| loads.limits.jerk_mm_s3 },
 ];
 
-pub(super) fn sheet(runs: &[Named<'_>]) -> Sheet {
-    let mut sheet = Sheet::default();
+pub(super) fn figure(runs: &[Named<'_>]) -> Figure {
+    let mut figure = Figure::default();
     let loads: Vec<(&Named<'_>, &AxisLoads)> =
-        runs.iter().filter_map(|run| Some((run, run.data.facts().axis_loads.as_ref()?))).collect();
+        runs.iter().filter_map(|run| Some((run, run.data.metadata().axis_loads.as_ref()?))).collect();
     let mut head = heading(runs, "velocity, acceleration and jerk of the axes");
     if let [(_, loads)] = loads.as_slice() {
         head.subtitle = format!("At most {} of the axes' limits", shares(loads));
@@ -50,16 +50,16 @@ pub(super) fn sheet(runs: &[Named<'_>]) -> Sheet {
                 (_, 0) => format!("{}, {name} ({})", run.short(), shares(loads_of)),
                 _ => name,
             };
-            head.legend.push(Entry::line(pen(runs, run, axis), text));
+            head.legend.push(Entry::line(line_style(runs, run, axis), text));
         }
     }
     let scales = QUANTITIES.each_ref().map(|quantity| scale(&loads, quantity));
     for (quantity, (_, limits)) in QUANTITIES.iter().zip(&scales) {
         head.legend.extend(off_scale(limits, &format!("{} limit ±", quantity.name), quantity.unit));
     }
-    let space = head.draw(&mut sheet);
+    let space = head.draw(&mut figure);
     let time = Range::of(loads.iter().flat_map(|(_, loads)| loads.samples.iter().map(|load| load.time_s)));
-    let height = panel_height(&space, 3, GAP);
+    let height = subplot_height(&space, 3, GAP);
     let y = scales.each_ref().map(|(range, _)| y_axis(*range, height, false));
     let y_axes = [&y[0], &y[1], &y[2]];
     let gutter = gutter(&y_axes);
@@ -67,38 +67,39 @@ pub(super) fn sheet(runs: &[Named<'_>]) -> Sheet {
     for (row, (((frame, y), quantity), (_, limits))) in
         frames.into_iter().zip(y.clone()).zip(&QUANTITIES).zip(&scales).enumerate()
     {
-        let mut panel = Panel::new(frame, x_axis(time, frame.width(), false), y);
-        panel.grid(&mut sheet);
+        let mut subplot = Subplot::new(frame, x_axis(time, frame.width(), false), y);
+        subplot.grid(&mut figure);
         for (limit, _) in limits {
-            panel.level(&mut sheet, *limit, LIMIT);
-            panel.level(&mut sheet, -*limit, LIMIT);
+            subplot.level(&mut figure, *limit, LIMIT);
+            subplot.level(&mut figure, -*limit, LIMIT);
         }
         for (run, loads) in &loads {
             for axis in 0..2 {
                 let values = loads.samples.iter().map(|load| (load.time_s, (quantity.of_load)(load)[axis]));
-                panel.curve(&mut sheet, values, pen(runs, run, axis));
+                subplot.curve(&mut figure, values, line_style(runs, run, axis));
             }
         }
         for (limit, _) in limits {
-            let text = format!("{}limit ±{} {}", whose(&loads, quantity, *limit), figure(*limit, 6), quantity.unit);
-            panel.level_label(&mut sheet, *limit, &text, LIMIT.colour);
+            let text =
+                format!("{}limit ±{} {}", whose(&loads, quantity, *limit), significant(*limit, 6), quantity.unit);
+            subplot.level_label(&mut figure, *limit, &text, LIMIT.colour);
         }
-        panel.border(&mut sheet, row == 2, true);
-        panel.y_title(&mut sheet, gutter, quantity.name, quantity.unit);
+        subplot.border(&mut figure, row == 2, true);
+        subplot.y_title(&mut figure, gutter, quantity.name, quantity.unit);
         if row == 2 {
-            panel.x_title(&mut sheet, "time", "s");
+            subplot.x_title(&mut figure, "time", "s");
         }
     }
-    sheet
+    figure
 }
 
 /// Of one run the axes have colours, of several the runs, and Y is dashed.
-fn pen(runs: &[Named<'_>], run: &Named<'_>, axis: usize) -> Pen {
+fn line_style(runs: &[Named<'_>], run: &Named<'_>, axis: usize) -> LineStyle {
     if runs.len() == 1 {
-        return Pen::solid(RUN_COLOURS[axis % RUN_COLOURS.len()], CURVE_PX);
+        return LineStyle::solid(RUN_COLOURS[axis % RUN_COLOURS.len()], CURVE_PX);
     }
-    let pen = run.pen(CURVE_PX);
-    if axis == 0 { pen } else { Pen { dash: Some(Dash::new(6.0, 3.0)), ..pen } }
+    let line_style = run.line_style(CURVE_PX);
+    if axis == 0 { line_style } else { LineStyle { dash: Some(Dash::new(6.0, 3.0)), ..line_style } }
 }
 
 /// Range of a quantity over all runs and axes, and its limits with whether they are in view.

@@ -16,32 +16,32 @@ pub(super) mod sweep;
 mod time;
 mod tune;
 
-use super::axis::{Range, figure};
+use super::axis::{Range, significant};
 use super::curve::Dash;
+use super::figure::{Colour, Figure, LineStyle, MUTED, RUN_COLOURS};
 use super::font;
-use super::panel::{Entry, Heading, LEGEND_EM, TITLE_EM};
-use super::sheet::{Colour, MUTED, Pen, RUN_COLOURS, Sheet};
+use super::subplot::{Entry, Heading, LEGEND_EM, TITLE_EM};
 use super::{PlotKind, RunData};
 
 /// Limits and bands are shown to scale up to this many times the largest value; beyond, they would flatten the curves.
 const LIMIT_IN_VIEW: f64 = 3.0;
 
-/// Pen of limit lines.
-const LIMIT: Pen = Pen { colour: (70, 70, 70), width_px: 1.3, dash: Some(Dash::new(7.0, 4.0)) };
+/// LineStyle of limit lines.
+const LIMIT: LineStyle = LineStyle { colour: (70, 70, 70), width_px: 1.3, dash: Some(Dash::new(7.0, 4.0)) };
 
-pub(super) use tune::sheet as convergence_sheet;
+pub(super) use tune::figure as convergence_figure;
 
-/// The sheet of one plot.
-pub(super) fn sheet(runs: &[RunData], kind: PlotKind) -> Sheet {
+/// The figure of one plot.
+pub(super) fn figure(runs: &[RunData], kind: PlotKind) -> Figure {
     let runs = named(runs);
     match kind {
-        PlotKind::Path => path::sheet(&runs),
+        PlotKind::Path => path::figure(&runs),
         PlotKind::Contour => time::contour(&runs),
-        PlotKind::Feedrate => feedrate::sheet(&runs),
-        PlotKind::Axes => loads::sheet(&runs),
+        PlotKind::Feedrate => feedrate::figure(&runs),
+        PlotKind::Axes => loads::figure(&runs),
         PlotKind::Voltage => time::voltage(&runs),
         PlotKind::Space => path_3d::of_runs(&runs),
-        PlotKind::Search => search::sheet(&runs),
+        PlotKind::Search => search::figure(&runs),
     }
 }
 
@@ -55,11 +55,11 @@ struct Named<'a> {
 }
 
 impl Named<'_> {
-    fn pen(&self, width_px: f64) -> Pen {
-        Pen { colour: self.colour, width_px, dash: self.dash }
+    fn line_style(&self, width_px: f64) -> LineStyle {
+        LineStyle { colour: self.colour, width_px, dash: self.dash }
     }
 
-    /// The name, short enough that figures find room behind it in the legend.
+    /// The name, short enough that metrics find room behind it in the legend.
     fn short(&self) -> String {
         font::shortened(&self.name, LEGEND_EM, 220.0)
     }
@@ -71,7 +71,7 @@ fn named(runs: &[RunData]) -> Vec<Named<'_>> {
         [None, Some(Dash::new(9.0, 4.0)), Some(Dash::new(3.0, 3.0)), Some(Dash::new(14.0, 4.0))];
     let mut named: Vec<Named<'_>> = Vec::with_capacity(runs.len());
     for (i, data) in runs.iter().enumerate() {
-        let plain = printable(&data.facts().name);
+        let plain = printable(&data.metadata().name);
         let plain = if plain.trim().is_empty() { "run".to_owned() } else { plain };
         let mut name = plain.clone();
         let mut number = 2;
@@ -102,14 +102,14 @@ fn heading(runs: &[Named<'_>], what: &str) -> Heading {
         // In front of a name the case is the name's own.
         let capital = |text: &str| if runs.len() > 1 { text.to_owned() } else { capital(text) };
         let prefix = if runs.len() > 1 { format!("{}: ", run.short()) } else { String::new() };
-        if let Some(warning) = &run.data.facts().warning {
+        if let Some(warning) = &run.data.metadata().warning {
             warnings.push(capital(&format!("{prefix}{}", printable(warning))));
         }
         match run.data.skipped() {
             0 => {}
             n => warnings.push(format!("{prefix}{n} samples left out: a value is not a finite number")),
         }
-        if run.data.figures().samples == 0 {
+        if run.data.metrics().samples == 0 {
             warnings.push(capital(&format!("{prefix}no samples")));
         }
     }
@@ -121,7 +121,7 @@ fn capital(text: &str) -> String {
     chars.next().map(|c| c.to_uppercase().chain(chars).collect()).unwrap_or_default()
 }
 
-/// `+8.3 %` between two figures; nothing where there is no sense in it.
+/// `+8.3 %` between two metrics; nothing where there is no sense in it.
 fn change(from: f64, to: f64) -> Option<String> {
     let percent = 100.0 * (to / from - 1.0);
     (percent.is_finite() && percent.abs() < 1e4).then(|| {
@@ -145,7 +145,9 @@ fn limits(runs: &[Named<'_>], key: &str, peak: f64) -> Vec<(f64, bool)> {
 /// Legend entries for limits that lie beyond the plot.
 fn off_scale(limits: &[(f64, bool)], what: &str, unit: &str) -> Vec<Entry> {
     let beyond = limits.iter().filter(|(_, in_view)| !in_view);
-    beyond.map(|(limit, _)| Entry::line(LIMIT, format!("{what} {} {unit} (off scale)", figure(*limit, 6)))).collect()
+    beyond
+        .map(|(limit, _)| Entry::line(LIMIT, format!("{what} {} {unit} (off scale)", significant(*limit, 6))))
+        .collect()
 }
 
 /// The span of time that the runs cover, at least one control period.
@@ -154,7 +156,8 @@ fn time_range(runs: &[Named<'_>], samples: &[Vec<super::PlotSample>]) -> Range {
     if range.is_empty() {
         return range;
     }
-    let period = runs.iter().map(|run| run.data.facts().period_s).filter(|p| *p > 0.0 && *p <= 1e9).fold(0.0, f64::max);
+    let period =
+        runs.iter().map(|run| run.data.metadata().period_s).filter(|p| *p > 0.0 && *p <= 1e9).fold(0.0, f64::max);
     let least = if period > 0.0 { period } else { 1e-3 };
     range.high = range.high.max(range.low + least);
     range
@@ -165,7 +168,10 @@ fn samples(runs: &[Named<'_>]) -> Vec<Vec<super::PlotSample>> {
     runs.iter().map(|run| run.data.samples()).collect()
 }
 
-/// Pen of a profile that a run is compared with.
-fn comparison_pen(runs: &[Named<'_>], run: &Named<'_>) -> Pen {
-    Pen { dash: Some(Dash::new(4.0, 3.0)), ..Pen::solid(if runs.len() == 1 { MUTED } else { run.colour }, 1.3) }
+/// LineStyle of a profile that a run is compared with.
+fn comparison_line_style(runs: &[Named<'_>], run: &Named<'_>) -> LineStyle {
+    LineStyle {
+        dash: Some(Dash::new(4.0, 3.0)),
+        ..LineStyle::solid(if runs.len() == 1 { MUTED } else { run.colour }, 1.3)
+    }
 }

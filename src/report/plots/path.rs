@@ -1,10 +1,10 @@
 //! Desired path, actual path, and the contouring error drawn large.
 
 use super::super::PlotSample;
-use super::super::axis::{Range, figure, power_of_ten, round_up_125};
+use super::super::axis::{Range, power_of_ten, round_up_125, significant};
 use super::super::curve::{Dash, Frame, Px, length, thinned};
-use super::super::panel::{Entry, Panel, Symbol, gutter, x_axis, y_axis};
-use super::super::sheet::{CURVE_PX, DESIRED, INK, MUTED, Pen, Sheet, TINT, VERMILLION};
+use super::super::figure::{CURVE_PX, DESIRED, Figure, INK, LineStyle, MUTED, TINT, VERMILLION};
+use super::super::subplot::{Entry, Subplot, Symbol, gutter, x_axis, y_axis};
 use super::{Named, heading, samples};
 
 /// The largest error is drawn about this large beside the path.
@@ -13,10 +13,10 @@ const ERROR_SHARE: f64 = 0.04;
 const MOST_NODES: usize = 200;
 /// Arrows that show the direction of travel, as shares of the path's length.
 const ARROWS: [f64; 4] = [0.06, 0.31, 0.56, 0.81];
-const DESIRED_PEN: Pen = Pen { colour: DESIRED, width_px: 4.0, dash: None };
+const DESIRED_PEN: LineStyle = LineStyle { colour: DESIRED, width_px: 4.0, dash: None };
 
-pub(super) fn sheet(runs: &[Named<'_>]) -> Sheet {
-    let mut sheet = Sheet::default();
+pub(super) fn figure(runs: &[Named<'_>]) -> Figure {
+    let mut figure = Figure::default();
     let samples = samples(runs);
     let desired = desired_paths(runs);
     let times = magnification(runs, &desired, &samples);
@@ -28,51 +28,51 @@ pub(super) fn sheet(runs: &[Named<'_>]) -> Sheet {
     let nodes = nodal_points(runs);
 
     let head = legend(runs, &desired, times, !nodes.is_empty());
-    let space = head.draw(&mut sheet);
+    let space = head.draw(&mut figure);
     let points = || {
         let paths = desired.iter().flatten().chain(&nodes).copied();
         paths.chain(samples.iter().flatten().flat_map(|s| [(s.actual_mm[0], s.actual_mm[1]), large(s)]))
     };
     let (x, y) = (Range::of(points().map(|p| p.0)), Range::of(points().map(|p| p.1)));
-    let (mut panel, gutter) = equal_scale(space, x, y);
+    let (mut subplot, gutter) = equal_scale(space, x, y);
 
-    panel.grid(&mut sheet);
+    subplot.grid(&mut figure);
     if let ([run], Some(_)) = (runs, times)
-        && run.data.figures().samples > 1
+        && run.data.metrics().samples > 1
         && let Some(samples) = samples.first()
     {
         // The band between path and error: out along the one, back along the other.
-        let mut band = thinned(&samples.iter().map(large).map(|(x, y)| panel.at(x, y)).collect::<Vec<Px>>());
-        let mut nearest: Vec<Px> = samples.iter().map(|s| panel.at(s.nearest_mm[0], s.nearest_mm[1])).collect();
+        let mut band = thinned(&samples.iter().map(large).map(|(x, y)| subplot.at(x, y)).collect::<Vec<Px>>());
+        let mut nearest: Vec<Px> = samples.iter().map(|s| subplot.at(s.nearest_mm[0], s.nearest_mm[1])).collect();
         nearest.reverse();
         band.extend(thinned(&nearest));
-        sheet.area(band, TINT);
+        figure.area(band, TINT);
     }
     for path in &desired {
-        panel.curve(&mut sheet, path.iter().copied(), DESIRED_PEN);
+        subplot.curve(&mut figure, path.iter().copied(), DESIRED_PEN);
     }
     for (run, samples) in runs.iter().zip(&samples) {
         let actual = samples.iter().map(|s| (s.actual_mm[0], s.actual_mm[1]));
-        panel.curve(&mut sheet, actual, actual_pen(runs, run));
+        subplot.curve(&mut figure, actual, actual_line_style(runs, run));
         if times.is_some() {
-            panel.curve(&mut sheet, samples.iter().map(large), error_pen(runs, run));
+            subplot.curve(&mut figure, samples.iter().map(large), error_line_style(runs, run));
         }
     }
     for (x, y) in nodes {
-        sheet.ring(panel.at(x, y), 3.2, 1.2, MUTED);
+        figure.ring(subplot.at(x, y), 3.2, 1.2, MUTED);
     }
     if let Some(path) = desired.first() {
-        arrows(&mut sheet, &panel, path);
+        arrows(&mut figure, &subplot, path);
     }
     if let Some(&(x, y)) = desired.first().and_then(|path| path.first()) {
-        let at = panel.at(x, y);
-        sheet.ring(at, 5.5, 1.8, INK);
-        panel.point_label(&mut sheet, at, "start", INK);
+        let at = subplot.at(x, y);
+        figure.ring(at, 5.5, 1.8, INK);
+        subplot.point_label(&mut figure, at, "start", INK);
     }
-    panel.border(&mut sheet, true, true);
-    panel.x_title(&mut sheet, "x", "mm");
-    panel.y_title(&mut sheet, gutter, "y", "mm");
-    sheet
+    subplot.border(&mut figure, true, true);
+    subplot.x_title(&mut figure, "x", "mm");
+    subplot.y_title(&mut figure, gutter, "y", "mm");
+    figure
 }
 
 fn legend(
@@ -80,14 +80,14 @@ fn legend(
     desired: &[Vec<(f64, f64)>],
     times: Option<f64>,
     nodes: bool,
-) -> super::super::panel::Heading {
+) -> super::super::subplot::Heading {
     let mut head = heading(runs, "path and contouring error");
-    let by = times.map(|m| format!("error × {}", figure(m, 6)));
+    let by = times.map(|m| format!("error × {}", significant(m, 6)));
     if let [run] = runs {
-        let figures = run.data.figures();
-        if figures.samples > 0 {
-            let worst = figure(figures.worst.contour_error_um.abs(), 4);
-            let large = times.map(|m| format!(", drawn {} times as large", figure(m, 6))).unwrap_or_default();
+        let metrics = run.data.metrics();
+        if metrics.samples > 0 {
+            let worst = significant(metrics.worst.contour_error_um.abs(), 4);
+            let large = times.map(|m| format!(", drawn {} times as large", significant(m, 6))).unwrap_or_default();
             head.subtitle = format!("Largest contouring error {worst} µm{large}");
         }
     }
@@ -97,17 +97,20 @@ fn legend(
     let legend_dash = (runs.len() > 1).then_some(Dash::new(6.0, 6.0));
     // Of three and more runs each has one entry.
     if runs.len() > 2 {
-        let pen = |dash| Pen { dash, ..Pen::solid(MUTED, CURVE_PX) };
-        head.legend.push(Entry::line(pen(legend_dash), "actual paths"));
-        head.legend.extend(by.map(|by| Entry::line(pen(None), by)));
-        head.legend.extend(runs.iter().map(|run| Entry::line(error_pen(runs, run), run.short())));
+        let line_style = |dash| LineStyle { dash, ..LineStyle::solid(MUTED, CURVE_PX) };
+        head.legend.push(Entry::line(line_style(legend_dash), "actual paths"));
+        head.legend.extend(by.map(|by| Entry::line(line_style(None), by)));
+        head.legend.extend(runs.iter().map(|run| Entry::line(error_line_style(runs, run), run.short())));
         return head;
     }
     for run in runs {
         let of = if runs.len() == 1 { String::new() } else { format!("{}: ", run.short()) };
-        head.legend.push(Entry::line(Pen { dash: legend_dash, ..actual_pen(runs, run) }, format!("{of}actual path")));
+        head.legend.push(Entry::line(
+            LineStyle { dash: legend_dash, ..actual_line_style(runs, run) },
+            format!("{of}actual path"),
+        ));
         if let Some(by) = &by {
-            head.legend.push(Entry::line(error_pen(runs, run), format!("{of}{by}")));
+            head.legend.push(Entry::line(error_line_style(runs, run), format!("{of}{by}")));
         }
     }
     if nodes {
@@ -116,28 +119,28 @@ fn legend(
     head
 }
 
-fn actual_pen(runs: &[Named<'_>], run: &Named<'_>) -> Pen {
+fn actual_line_style(runs: &[Named<'_>], run: &Named<'_>) -> LineStyle {
     if runs.len() == 1 {
-        return run.pen(1.2);
+        return run.line_style(1.2);
     }
     // Paths that differ by micrometres lie on top of each other: their dashes take turns.
     let turns = runs.len().clamp(2, 4);
     let turn = runs.iter().position(|other| other.name == run.name).unwrap_or(0) % turns;
     let dash = Dash { lead: 6.0 * turn as f64, on: 6.0, off: 6.0 * (turns - 1) as f64 };
-    Pen { dash: Some(dash), ..run.pen(1.4) }
+    LineStyle { dash: Some(dash), ..run.line_style(1.4) }
 }
 
-fn error_pen(runs: &[Named<'_>], run: &Named<'_>) -> Pen {
-    if runs.len() == 1 { Pen::solid(VERMILLION, CURVE_PX) } else { run.pen(CURVE_PX) }
+fn error_line_style(runs: &[Named<'_>], run: &Named<'_>) -> LineStyle {
+    if runs.len() == 1 { LineStyle::solid(VERMILLION, CURVE_PX) } else { run.line_style(CURVE_PX) }
 }
 
 /// The different desired paths, closed where they are.
 fn desired_paths(runs: &[Named<'_>]) -> Vec<Vec<(f64, f64)>> {
     let mut paths: Vec<Vec<(f64, f64)>> = Vec::new();
     for run in runs {
-        let facts = run.data.facts();
-        let mut path = finite(&facts.desired_path_mm);
-        if facts.closed && path.first() != path.last() {
+        let metadata = run.data.metadata();
+        let mut path = finite(&metadata.desired_path_mm);
+        if metadata.closed && path.first() != path.last() {
             path.extend(path.first().copied());
         }
         if !path.is_empty() && !paths.contains(&path) {
@@ -148,7 +151,7 @@ fn desired_paths(runs: &[Named<'_>]) -> Vec<Vec<(f64, f64)>> {
 }
 
 fn nodal_points(runs: &[Named<'_>]) -> Vec<(f64, f64)> {
-    let nodes = runs.first().map(|run| finite(&run.data.facts().nodal_points_mm)).unwrap_or_default();
+    let nodes = runs.first().map(|run| finite(&run.data.metadata().nodal_points_mm)).unwrap_or_default();
     if nodes.len() <= MOST_NODES { nodes } else { Vec::new() }
 }
 
@@ -164,7 +167,7 @@ fn magnification(runs: &[Named<'_>], desired: &[Vec<(f64, f64)>], samples: &[Vec
         desired.iter().flatten().copied().chain(followed)
     };
     let extent = Range::of(points().map(|p| p.0)).span().max(Range::of(points().map(|p| p.1)).span());
-    let worst_mm = runs.iter().map(|run| run.data.figures().worst.contour_error_um.abs() * 1e-3).fold(0.0, f64::max);
+    let worst_mm = runs.iter().map(|run| run.data.metrics().worst.contour_error_um.abs() * 1e-3).fold(0.0, f64::max);
     let wanted = ERROR_SHARE * extent / worst_mm;
     if !(wanted.is_finite() && wanted > 1.0) {
         return None;
@@ -175,8 +178,8 @@ fn magnification(runs: &[Named<'_>], desired: &[Vec<(f64, f64)>], samples: &[Vec
     (times > 1.0).then_some(times)
 }
 
-/// A panel that fills `space` with the same scale on both axes; and the room that the y axis takes.
-pub(super) fn equal_scale(space: Frame, x: Range, y: Range) -> (Panel, f64) {
+/// A subplot that fills `space` with the same scale on both axes; and the room that the y axis takes.
+pub(super) fn equal_scale(space: Frame, x: Range, y: Range) -> (Subplot, f64) {
     let (x, y) = (centred(x), centred(y));
     let mut frame = Frame { right: space.right - 8.0, ..space };
     // A point, or a path lost in rounding, is shown with a millionth of its coordinates around it.
@@ -198,7 +201,7 @@ pub(super) fn equal_scale(space: Frame, x: Range, y: Range) -> (Panel, f64) {
         frame.left = space.left + taken;
     }
     let (x, y) = axes(&frame);
-    (Panel::new(frame, x, y), taken)
+    (Subplot::new(frame, x, y), taken)
 }
 
 /// A range that is not empty; it may have no width as long as the other has.
@@ -207,8 +210,8 @@ fn centred(range: Range) -> Range {
 }
 
 /// Arrowheads along the path.
-pub(super) fn arrows(sheet: &mut Sheet, panel: &Panel, path: &[(f64, f64)]) {
-    let points: Vec<Px> = path.iter().map(|&(x, y)| panel.at(x, y)).collect();
+pub(super) fn arrows(figure: &mut Figure, subplot: &Subplot, path: &[(f64, f64)]) {
+    let points: Vec<Px> = path.iter().map(|&(x, y)| subplot.at(x, y)).collect();
     let lengths = || points.windows(2).map(|p| length((p[1].0 - p[0].0, p[1].1 - p[0].1)));
     let total: f64 = lengths().sum();
     if total < 120.0 {
@@ -225,7 +228,7 @@ pub(super) fn arrows(sheet: &mut Sheet, panel: &Panel, path: &[(f64, f64)]) {
             let (tx, ty) = ((bx - ax) / step, (by - ay) / step);
             let (x, y) = (ax + left * tx, ay + left * ty);
             let corner = |along: f64, across: f64| (x + along * tx - across * ty, y + along * ty + across * tx);
-            sheet.area(vec![corner(7.0, 0.0), corner(-6.0, 5.0), corner(-3.0, 0.0), corner(-6.0, -5.0)], MUTED);
+            figure.area(vec![corner(7.0, 0.0), corner(-6.0, 5.0), corner(-3.0, 0.0), corner(-6.0, -5.0)], MUTED);
             break;
         }
     }

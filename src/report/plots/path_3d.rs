@@ -1,11 +1,11 @@
 //! Paths in three dimensions: seen from above, from the right and the front, without perspective.
 
-use super::super::axis::{Axis, Range, figure, power_of_ten, round_up_125};
+use super::super::axis::{Axis, Range, power_of_ten, round_up_125, significant};
 use super::super::curve::{Frame, Px, length};
+use super::super::figure::{Anchor, BORDER, Figure, GRID, LineStyle, TextFormat};
 use super::super::font;
 use super::super::machining::{MoveKind, PathPicture};
-use super::super::panel::{Entry, Heading};
-use super::super::sheet::{Anchor, BORDER, GRID, Lettering, Pen, Sheet};
+use super::super::subplot::{Entry, Heading};
 use super::rings::{AIR, LINK_TEXT, ends, heading, mark_ends, places};
 use super::sweep::colour::{ROOM_PX, Scale};
 use super::time::LEAST_ERROR_UM;
@@ -19,7 +19,7 @@ const LEAST_HEIGHT: f64 = 0.15;
 /// Room for the numbers of the axes \[px\].
 const ROOM: f64 = 58.0;
 
-/// From the part's millimetres to the sheet.
+/// From the part's millimetres to the figure.
 struct View {
     middle: [f64; 3],
     px_per_mm: f64,
@@ -43,7 +43,7 @@ impl View {
 }
 
 /// The view of what lies in these ranges, with the heading above it and the box around it drawn, and the frame of the picture.
-fn stage(sheet: &mut Sheet, mut head: Heading, ranges: [Range; 3], room_px: f64) -> (View, Frame) {
+fn stage(figure: &mut Figure, mut head: Heading, ranges: [Range; 3], room_px: f64) -> (View, Frame) {
     let ranges = ranges.map(|range| range.opened(1e-3));
     let wide = ranges[0].span().max(ranges[1].span());
     let times = if ranges[2].span() < LEAST_HEIGHT * wide {
@@ -53,10 +53,10 @@ fn stage(sheet: &mut Sheet, mut head: Heading, ranges: [Range; 3], room_px: f64)
         1.0
     };
     if times > 1.0 {
-        let large = format!("heights drawn {} times as large", figure(times, 3));
+        let large = format!("heights drawn {} times as large", significant(times, 3));
         head.subtitle = if head.subtitle.is_empty() { capital(&large) } else { format!("{}; {large}", head.subtitle) };
     }
-    let space = head.draw(sheet);
+    let space = head.draw(figure);
     let frame = Frame { right: space.right - room_px, bottom: space.bottom + 30.0, ..space };
     let middle = ranges.map(|range| range.middle());
     let corners = (0..8).map(|k| [0, 1, 2].map(|i| if k >> i & 1 == 0 { ranges[i].low } else { ranges[i].high }));
@@ -65,7 +65,7 @@ fn stage(sheet: &mut Sheet, mut head: Heading, ranges: [Range; 3], room_px: f64)
     let px_per_mm = ((frame.width() - 2.0 * ROOM) / across.span()).min((frame.height() - 2.0 * ROOM) / up.span());
     let centre = (0.5 * (frame.left + frame.right), 0.5 * (frame.top + frame.bottom));
     let view = View { middle, px_per_mm, times, centre };
-    box_and_axes(sheet, &view, ranges);
+    box_and_axes(figure, &view, ranges);
     (view, frame)
 }
 
@@ -76,7 +76,7 @@ fn scale_of(values: Range, frame: &Frame) -> (Scale, Frame) {
 }
 
 /// A line through places with a value each, every piece in the colour of the mean of its ends.
-fn coloured(sheet: &mut Sheet, view: &View, frame: &Frame, scale: &Scale, line: &[([f64; 3], f64)]) {
+fn coloured(figure: &mut Figure, view: &View, frame: &Frame, scale: &Scale, line: &[([f64; 3], f64)]) {
     // Pieces of one colour together.
     let colour = |i: usize| scale.step(0.5 * line[i].1 + 0.5 * line[i + 1].1) / 3;
     let mut from = 0;
@@ -87,41 +87,41 @@ fn coloured(sheet: &mut Sheet, view: &View, frame: &Frame, scale: &Scale, line: 
             to += 1;
         }
         let run: Vec<Px> = line[from..=to].iter().map(|(p, _)| view.at(*p)).collect();
-        sheet.curve(&run, frame, Pen::solid(Scale::colour(3 * step + 1), 1.3));
+        figure.curve(&run, frame, LineStyle::solid(Scale::colour(3 * step + 1), 1.3));
         from = to;
     }
 }
 
-pub(in super::super) fn sheet(picture: &PathPicture) -> Sheet {
-    let mut sheet = Sheet::default();
+pub(in super::super) fn figure(picture: &PathPicture) -> Figure {
+    let mut figure = Figure::default();
     let ranges = [0, 1, 2].map(|i| Range::of(picture.moves.iter().flat_map(places).map(|p| p[i])));
     let mut head = heading(picture, "tool path in three dimensions");
     // Here every cutting move has the colour of its height.
     head.legend.retain(|entry| entry.text != LINK_TEXT);
-    let (view, frame) = stage(&mut sheet, head, ranges, ROOM_PX);
+    let (view, frame) = stage(&mut figure, head, ranges, ROOM_PX);
     let heights = picture.moves.iter().filter(|m| m.kind != MoveKind::Air).flat_map(places).map(|p| p[2]);
     let cut = Range::of(heights);
     let (scale, bar) = scale_of(cut, &frame);
     for part in picture.moves.iter().filter(|m| m.kind != MoveKind::Air) {
         let line: Vec<_> = places(part).map(|p| (p, p[2])).collect();
-        coloured(&mut sheet, &view, &frame, &scale, &line);
+        coloured(&mut figure, &view, &frame, &scale, &line);
     }
     for part in picture.moves.iter().filter(|m| m.kind == MoveKind::Air) {
         let line: Vec<Px> = places(part).map(|p| view.at(p)).collect();
-        sheet.curve(&line, &frame, AIR);
+        figure.curve(&line, &frame, AIR);
     }
     if let Some(ends) = ends(picture) {
-        mark_ends(&mut sheet, ends.map(|p| view.at(p)));
+        mark_ends(&mut figure, ends.map(|p| view.at(p)));
     }
     if !cut.is_empty() {
-        scale.draw(&mut sheet, &bar, "height z", "mm");
+        scale.draw(&mut figure, &bar, "height z", "mm");
     }
-    sheet
+    figure
 }
 
 /// The actual paths of runs: of one run coloured by its contouring error, of several each in the run's colour.
-pub(super) fn of_runs(runs: &[Named<'_>]) -> Sheet {
-    let mut sheet = Sheet::default();
+pub(super) fn of_runs(runs: &[Named<'_>]) -> Figure {
+    let mut figure = Figure::default();
     let samples = samples(runs);
     let cutting = || samples.iter().flatten().filter(|sample| !sample.rapid);
     let ranges = [0, 1, 2].map(|i| Range::of(samples.iter().flatten().map(|sample| sample.actual_mm[i])));
@@ -129,14 +129,14 @@ pub(super) fn of_runs(runs: &[Named<'_>]) -> Sheet {
     errors.include(0.0);
     let mut head = run_heading(runs, "actual path in three dimensions");
     if runs.len() == 1 {
-        head.subtitle = format!("Largest contouring error at the feed {} µm", figure(errors.high, 4));
+        head.subtitle = format!("Largest contouring error at the feed {} µm", significant(errors.high, 4));
     } else {
-        head.legend.extend(runs.iter().map(|run| Entry::line(run.pen(1.3), run.short())));
+        head.legend.extend(runs.iter().map(|run| Entry::line(run.line_style(1.3), run.short())));
     }
     if samples.iter().flatten().any(|sample| sample.rapid) {
         head.legend.push(Entry::line(AIR, "rapid motion"));
     }
-    let (view, frame) = stage(&mut sheet, head, ranges, if runs.len() == 1 { ROOM_PX } else { 0.0 });
+    let (view, frame) = stage(&mut figure, head, ranges, if runs.len() == 1 { ROOM_PX } else { 0.0 });
     let (scale, bar) = scale_of(errors.opened(LEAST_ERROR_UM), &frame);
     for (run, samples) in runs.iter().zip(&samples) {
         let mut before = None;
@@ -145,29 +145,31 @@ pub(super) fn of_runs(runs: &[Named<'_>]) -> Sheet {
             let line = || before.into_iter().chain(part.iter());
             let px = || line().map(|sample| view.at(sample.actual_mm)).collect::<Vec<Px>>();
             if part.first().is_some_and(|sample| sample.rapid) {
-                sheet.curve(&px(), &frame, AIR);
+                figure.curve(&px(), &frame, AIR);
             } else if runs.len() == 1 {
                 let line: Vec<_> = line().map(|s| (s.actual_mm, s.contour_error_um.abs())).collect();
-                coloured(&mut sheet, &view, &frame, &scale, &line);
+                coloured(&mut figure, &view, &frame, &scale, &line);
             } else {
-                sheet.curve(&px(), &frame, run.pen(1.3));
+                figure.curve(&px(), &frame, run.line_style(1.3));
             }
             before = part.last();
         }
     }
     if runs.len() == 1 && cutting().next().is_some() {
-        scale.draw(&mut sheet, &bar, "contouring error", "µm");
+        scale.draw(&mut figure, &bar, "contouring error", "µm");
     }
-    sheet
+    figure
 }
 
 /// Where the numbers of an axis stand: the edge, how far out, which end of them, and the axis' name.
 type Edge<'a> = (&'a dyn Fn(f64) -> [f64; 3], Px, Anchor, &'static str);
 
 /// The box around the path, ticks along three of its edges.
-fn box_and_axes(sheet: &mut Sheet, view: &View, [x, y, z]: [Range; 3]) {
-    let line = |sheet: &mut Sheet, a: [f64; 3], b: [f64; 3], pen: Pen| sheet.line(&[view.at(a), view.at(b)], pen);
-    let (faint, edge) = (Pen::solid(GRID, 1.0), Pen::solid(BORDER, 1.0));
+fn box_and_axes(figure: &mut Figure, view: &View, [x, y, z]: [Range; 3]) {
+    let line = |figure: &mut Figure, a: [f64; 3], b: [f64; 3], line_style: LineStyle| {
+        figure.line(&[view.at(a), view.at(b)], line_style)
+    };
+    let (faint, edge) = (LineStyle::solid(GRID, 1.0), LineStyle::solid(BORDER, 1.0));
     // Floor and the two walls behind; the numbers stand along the edges in front, and at the left.
     let px = |a: [f64; 3], b: [f64; 3]| {
         let (a, b) = (view.at(a), view.at(b));
@@ -179,26 +181,26 @@ fn box_and_axes(sheet: &mut Sheet, view: &View, [x, y, z]: [Range; 3]) {
     let axes = [(x, along_x, 62.0), (y, along_y, 62.0), (z, along_z, 30.0)]
         .map(|(range, px, tick)| Axis::linear(range, px.max(60.0), tick, false));
     for tick in axes[0].ticks.iter().map(|tick| tick.value) {
-        line(sheet, [tick, y.low, z.low], [tick, y.high, z.low], faint);
-        line(sheet, [tick, y.high, z.low], [tick, y.high, z.high], faint);
+        line(figure, [tick, y.low, z.low], [tick, y.high, z.low], faint);
+        line(figure, [tick, y.high, z.low], [tick, y.high, z.high], faint);
     }
     for tick in axes[1].ticks.iter().map(|tick| tick.value) {
-        line(sheet, [x.low, tick, z.low], [x.high, tick, z.low], faint);
-        line(sheet, [x.low, tick, z.low], [x.low, tick, z.high], faint);
+        line(figure, [x.low, tick, z.low], [x.high, tick, z.low], faint);
+        line(figure, [x.low, tick, z.low], [x.low, tick, z.high], faint);
     }
     for tick in axes[2].ticks.iter().map(|tick| tick.value) {
-        line(sheet, [x.low, y.low, tick], [x.low, y.high, tick], faint);
-        line(sheet, [x.low, y.high, tick], [x.high, y.high, tick], faint);
+        line(figure, [x.low, y.low, tick], [x.low, y.high, tick], faint);
+        line(figure, [x.low, y.high, tick], [x.high, y.high, tick], faint);
     }
     let floor = [[x.low, y.low], [x.high, y.low], [x.high, y.high], [x.low, y.high]];
     for (a, b) in floor.iter().zip(floor.iter().cycle().skip(1)) {
-        line(sheet, [a[0], a[1], z.low], [b[0], b[1], z.low], edge);
+        line(figure, [a[0], a[1], z.low], [b[0], b[1], z.low], edge);
     }
     for [cx, cy] in [[x.low, y.low], [x.low, y.high], [x.high, y.high]] {
-        line(sheet, [cx, cy, z.low], [cx, cy, z.high], edge);
+        line(figure, [cx, cy, z.low], [cx, cy, z.high], edge);
     }
-    line(sheet, [x.low, y.low, z.high], [x.low, y.high, z.high], edge);
-    line(sheet, [x.low, y.high, z.high], [x.high, y.high, z.high], edge);
+    line(figure, [x.low, y.low, z.high], [x.low, y.high, z.high], edge);
+    line(figure, [x.low, y.high, z.high], [x.high, y.high, z.high], edge);
 
     // Titles first, then each number a little outward of its edge, where there is room.
     let mut taken: Vec<Frame> = Vec::new();
@@ -216,21 +218,21 @@ fn box_and_axes(sheet: &mut Sheet, view: &View, [x, y, z]: [Range; 3]) {
             _ => (view.at(place(axis.range.high)), *anchor),
         };
         let title = axis.title(name, "mm");
-        // Left of the edge that leads away from there, and on the sheet.
+        // Left of the edge that leads away from there, and on the figure.
         let least = font::width_px(&title, 14.0) + 8.0;
         let at = if *name == "z" { ((at.0 - 6.0).max(least), at.1 - 18.0) } else { at };
-        let title = Lettering::new(at, title, 14.0, anchor);
+        let title = TextFormat::new(at, title, 14.0, anchor);
         taken.push(title.frame());
-        sheet.text(title);
+        figure.text(title);
     }
     for (axis, (place, out, anchor, _)) in axes.iter().zip(&edges) {
         for tick in &axis.ticks {
             let (px, py) = view.at(place(tick.value));
-            let label = Lettering::new((px + out.0, py + out.1), tick.label.as_str(), 12.5, *anchor);
+            let label = TextFormat::new((px + out.0, py + out.1), tick.label.as_str(), 12.5, *anchor);
             if !taken.iter().any(|other| other.overlaps(&label.frame())) {
-                sheet.line(&[(px, py), (px + 0.5 * out.0, py + 0.5 * out.1)], edge);
+                figure.line(&[(px, py), (px + 0.5 * out.0, py + 0.5 * out.1)], edge);
                 taken.push(label.frame());
-                sheet.text(label);
+                figure.text(label);
             }
         }
     }

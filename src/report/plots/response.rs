@@ -1,28 +1,28 @@
 //! Frequency response: measured points on the curve of the model.
 
-use super::super::axis::{Axis, Range, figure};
+use super::super::axis::{Axis, Range, significant};
 use super::super::curve::Dash;
+use super::super::figure::{Colour, Figure, LineStyle, MUTED, RUN_COLOURS};
 use super::super::font;
-use super::super::panel::{Entry, Heading, Panel, Symbol, TITLE_EM, gutter, panel_height, stack, y_axis};
-use super::super::sheet::{Colour, MUTED, Pen, RUN_COLOURS, Sheet};
+use super::super::subplot::{Entry, Heading, Subplot, Symbol, TITLE_EM, gutter, stack, subplot_height, y_axis};
 use super::printable;
 use crate::measure::{AxisResponse, Response, ResponsePoint};
 
 const GAP: f64 = 18.0;
 /// Lines across at 0 dB, -3 dB.
-const REFERENCE: Pen = Pen { colour: MUTED, width_px: 1.2, dash: None };
-const HALF_POWER: Pen = Pen { colour: MUTED, width_px: 1.2, dash: Some(Dash::new(7.0, 4.0)) };
+const REFERENCE: LineStyle = LineStyle { colour: MUTED, width_px: 1.2, dash: None };
+const HALF_POWER: LineStyle = LineStyle { colour: MUTED, width_px: 1.2, dash: Some(Dash::new(7.0, 4.0)) };
 /// -3 dB is -3.01 dB.
 const HALF_POWER_DB: f64 = -3.010_299_956_639_812;
 
-fn model_pen(colour: Colour) -> Pen {
-    Pen::solid(colour, 1.3)
+fn model_line_style(colour: Colour) -> LineStyle {
+    LineStyle::solid(colour, 1.3)
 }
 
-pub(in super::super) fn sheet(measured: &Response) -> Sheet {
-    let mut sheet = Sheet::default();
+pub(in super::super) fn figure(measured: &Response) -> Figure {
+    let mut figure = Figure::default();
     let axes: Vec<(&AxisResponse, Colour)> = measured.axes.iter().zip(RUN_COLOURS).collect();
-    let space = heading(measured, &axes).draw(&mut sheet);
+    let space = heading(measured, &axes).draw(&mut figure);
     let points = || measured.axes.iter().flat_map(|axis| &axis.points);
     let moving = || points().filter(|point| point.moves());
     let mut hz = Range::of(points().map(|point| point.frequency_hz));
@@ -34,55 +34,55 @@ pub(in super::super) fn sheet(measured: &Response) -> Sheet {
     magnitudes.include(HALF_POWER_DB);
     let mut phases = Range::of(moving().map(|point| point.phase_deg).chain(model().map(|point| point[2])));
     phases.include(0.0);
-    let height = panel_height(&space, 2, GAP);
+    let height = subplot_height(&space, 2, GAP);
     let y = [
         y_axis(magnitudes.opened(1.0).padded(0.1, 0.12), height, false),
         y_axis(phases.opened(10.0).padded(0.06, 0.06), height, false),
     ];
     let gutter = gutter(&[&y[0], &y[1]]);
     let frames = stack(&space, &[&y[0], &y[1]], GAP);
-    let mut panels: Vec<Panel> =
-        frames.into_iter().zip(y).map(|(frame, y)| Panel::new(frame, Axis::decades(hz), y)).collect();
-    let [magnitude, phase] = panels.as_mut_slice() else { return sheet };
-    magnitude.grid(&mut sheet);
-    phase.grid(&mut sheet);
-    magnitude.level(&mut sheet, 0.0, REFERENCE);
-    magnitude.level(&mut sheet, HALF_POWER_DB, HALF_POWER);
+    let mut subplots: Vec<Subplot> =
+        frames.into_iter().zip(y).map(|(frame, y)| Subplot::new(frame, Axis::decades(hz), y)).collect();
+    let [magnitude, phase] = subplots.as_mut_slice() else { return figure };
+    magnitude.grid(&mut figure);
+    phase.grid(&mut figure);
+    magnitude.level(&mut figure, 0.0, REFERENCE);
+    magnitude.level(&mut figure, HALF_POWER_DB, HALF_POWER);
     // Axes that are alike lie on each other: one inside the other.
     for ((axis, colour), radius_px) in axes.iter().zip([4.4, 2.8]) {
-        draw(&mut sheet, magnitude, axis, *colour, radius_px, 1, |point| point.magnitude_db);
-        draw(&mut sheet, phase, axis, *colour, radius_px, 2, |point| point.phase_deg);
+        draw(&mut figure, magnitude, axis, *colour, radius_px, 1, |point| point.magnitude_db);
+        draw(&mut figure, phase, axis, *colour, radius_px, 2, |point| point.phase_deg);
     }
     for (axis, colour) in &axes {
         let name = axis.axis.to_uppercase();
         if let Some(hz) = axis.bandwidth_hz {
             let at = magnitude.at(hz, HALF_POWER_DB);
             if magnitude.holds(at) {
-                sheet.ring(at, 5.0, 1.5, *colour);
+                figure.ring(at, 5.0, 1.5, *colour);
             }
-            magnitude.point_label(&mut sheet, at, &format!("{name}: −3 dB at {} Hz", figure(hz, 4)), *colour);
+            magnitude.point_label(&mut figure, at, &format!("{name}: −3 dB at {} Hz", significant(hz, 4)), *colour);
         }
         if axis.peak_db > 0.05 {
             let at = magnitude.at(axis.peak_hz, axis.peak_db);
-            let text = format!("{name}: {} dB at {} Hz", figure(axis.peak_db, 3), figure(axis.peak_hz, 4));
-            magnitude.point_label(&mut sheet, at, &text, *colour);
+            let text = format!("{name}: {} dB at {} Hz", significant(axis.peak_db, 3), significant(axis.peak_hz, 4));
+            magnitude.point_label(&mut figure, at, &text, *colour);
         }
     }
-    magnitude.level_label(&mut sheet, HALF_POWER_DB, "−3 dB", MUTED);
-    magnitude.border(&mut sheet, false, true);
-    phase.border(&mut sheet, true, true);
-    magnitude.y_title(&mut sheet, gutter, "magnitude", "dB");
-    phase.y_title(&mut sheet, gutter, "phase", "°");
-    phase.x_title(&mut sheet, "frequency", "Hz");
-    sheet
+    magnitude.level_label(&mut figure, HALF_POWER_DB, "−3 dB", MUTED);
+    magnitude.border(&mut figure, false, true);
+    phase.border(&mut figure, true, true);
+    magnitude.y_title(&mut figure, gutter, "magnitude", "dB");
+    phase.y_title(&mut figure, gutter, "phase", "°");
+    phase.x_title(&mut figure, "frequency", "Hz");
+    figure
 }
 
 /// The linear analysis as a line, measured points as rings; filled where the voltage was clamped.
 ///
 /// - `model`: which number of the analysis' points
 fn draw(
-    sheet: &mut Sheet,
-    panel: &mut Panel,
+    figure: &mut Figure,
+    subplot: &mut Subplot,
     axis: &AxisResponse,
     colour: Colour,
     radius_px: f64,
@@ -90,21 +90,21 @@ fn draw(
     pick: impl Fn(&ResponsePoint) -> f64,
 ) {
     let curve = axis.model_curve.iter().filter_map(|point| Some((point[0], *point.get(model)?)));
-    panel.curve(sheet, curve, model_pen(colour));
+    subplot.curve(figure, curve, model_line_style(colour));
     let mut places = Vec::with_capacity(axis.points.len());
     for point in axis.points.iter().filter(|point| point.moves()) {
-        let at = panel.at(point.frequency_hz, pick(point));
-        if !panel.holds(at) {
+        let at = subplot.at(point.frequency_hz, pick(point));
+        if !subplot.holds(at) {
             continue;
         }
         if point.saturated {
-            sheet.dot(at, radius_px, colour)
+            figure.dot(at, radius_px, colour)
         } else {
-            sheet.ring(at, radius_px, 1.2, colour)
+            figure.ring(at, radius_px, 1.2, colour)
         }
         places.push(at);
     }
-    panel.keep_clear(places);
+    subplot.keep_clear(places);
 }
 
 fn heading(measured: &Response, axes: &[(&AxisResponse, Colour)]) -> Heading {
@@ -114,9 +114,9 @@ fn heading(measured: &Response, axes: &[(&AxisResponse, Colour)]) -> Heading {
         let name = axis.axis.to_uppercase();
         legend.push(Entry { symbol: Symbol::Ring(*colour), text: format!("{name} measured") });
         if let (Some(db), Some(deg)) = (axis.model_deviation_db, axis.model_deviation_deg) {
-            let within = |value: f64| if value < 1e-3 { "0.001".to_owned() } else { figure(1.005 * value, 2) };
+            let within = |value: f64| if value < 1e-3 { "0.001".to_owned() } else { significant(1.005 * value, 2) };
             let apart = format!("{name} linear analysis (within {} dB, {}°)", within(db), within(deg));
-            legend.push(Entry::line(model_pen(*colour), apart));
+            legend.push(Entry::line(model_line_style(*colour), apart));
         }
     }
     let warnings =

@@ -2,32 +2,32 @@
 
 use super::super::axis::Range;
 use super::super::curve::{Dash, Frame, Px};
+use super::super::figure::{Figure, INK, LineStyle, MUTED, VERMILLION};
 use super::super::font;
 use super::super::machining::{MoveKind, PathMove, PathPicture};
-use super::super::panel::{Entry, Heading, Symbol, TITLE_EM};
-use super::super::sheet::{INK, MUTED, Pen, Sheet, VERMILLION};
+use super::super::subplot::{Entry, Heading, Symbol, TITLE_EM};
 use super::path::{arrows, equal_scale};
 use super::sweep::colour::{ROOM_PX, Scale};
 use super::{capital, printable};
 
-pub(super) const AIR: Pen = Pen { colour: VERMILLION, width_px: 1.0, dash: Some(Dash::new(5.0, 4.0)) };
-const LINK: Pen = Pen { colour: INK, width_px: 1.6, dash: None };
+pub(super) const AIR: LineStyle = LineStyle { colour: VERMILLION, width_px: 1.0, dash: Some(Dash::new(5.0, 4.0)) };
+const LINK: LineStyle = LineStyle { colour: INK, width_px: 1.6, dash: None };
 pub(super) const LINK_TEXT: &str = "from ring to ring, cutting";
-const BORDER: Pen = Pen { colour: MUTED, width_px: 2.4, dash: None };
+const BORDER: LineStyle = LineStyle { colour: MUTED, width_px: 2.4, dash: None };
 /// Rings with arrows: some of many.
 const ARROWED: usize = 5;
 
-/// Title, facts and what every kind of move looks like.
+/// Title, caption and what every kind of move looks like.
 pub(super) fn heading(picture: &PathPicture, what: &str) -> Heading {
     let has = |wanted: fn(MoveKind) -> bool| picture.moves.iter().any(|m| wanted(m.kind) && m.points_mm.len() > 1);
     let mut legend = Vec::new();
     legend.extend(has(|kind| kind == MoveKind::Link).then(|| Entry::line(LINK, LINK_TEXT)));
-    legend.extend(has(|kind| kind == MoveKind::Air).then(|| Entry::line(AIR, "air moves")));
+    legend.extend(has(|kind| kind == MoveKind::Air).then(|| Entry::line(AIR, "rapid moves")));
     legend.push(Entry { symbol: Symbol::Ring(INK), text: "start".to_owned() });
     legend.push(Entry { symbol: Symbol::Ring(VERMILLION), text: "end".to_owned() });
     Heading {
         title: format!("{}: {what}", font::shortened(&printable(&picture.name), TITLE_EM, 700.0)),
-        subtitle: capital(&printable(&picture.facts)),
+        subtitle: capital(&printable(&picture.caption)),
         legend,
         ..Heading::default()
     }
@@ -46,14 +46,14 @@ pub(super) fn ends(picture: &PathPicture) -> Option<[[f64; 3]; 2]> {
 }
 
 /// Marks where a path starts and ends.
-pub(super) fn mark_ends(sheet: &mut Sheet, [start, end]: [Px; 2]) {
+pub(super) fn mark_ends(figure: &mut Figure, [start, end]: [Px; 2]) {
     for (at, radius, colour) in [(start, 7.0, INK), (end, 4.5, VERMILLION)] {
-        sheet.ring(at, radius, 2.0, colour);
+        figure.ring(at, radius, 2.0, colour);
     }
 }
 
-pub(in super::super) fn sheet(picture: &PathPicture) -> Sheet {
-    let mut sheet = Sheet::default();
+pub(in super::super) fn figure(picture: &PathPicture) -> Figure {
+    let mut figure = Figure::default();
     let mut head = heading(picture, "tool path in plan");
     let borders: Vec<Vec<(f64, f64)>> = picture
         .borders_mm
@@ -80,26 +80,26 @@ pub(in super::super) fn sheet(picture: &PathPicture) -> Sheet {
             if head.subtitle.is_empty() { "" } else { "; " }
         );
     }
-    let space = head.draw(&mut sheet);
+    let space = head.draw(&mut figure);
     let points = || {
         let path = picture.moves.iter().flat_map(places).map(|p| (p[0], p[1]));
         path.chain(borders.iter().flatten().copied())
     };
     let (x, y) = (Range::of(points().map(|p| p.0)), Range::of(points().map(|p| p.1)));
-    let (mut panel, gutter) = equal_scale(Frame { right: space.right - ROOM_PX, ..space }, x, y);
+    let (mut subplot, gutter) = equal_scale(Frame { right: space.right - ROOM_PX, ..space }, x, y);
     let range = Range::of(depths().map(f64::from));
-    let scale = Scale::of_lines(Range { low: range.low.min(0.0), ..range }, panel.frame.height(), true);
+    let scale = Scale::of_lines(Range { low: range.low.min(0.0), ..range }, subplot.frame.height(), true);
 
-    panel.grid(&mut sheet);
+    subplot.grid(&mut figure);
     for border in borders {
-        panel.curve(&mut sheet, border, BORDER);
+        subplot.curve(&mut figure, border, BORDER);
     }
     // Rings first, so that the moves between them are seen.
     let mut arrowed = Vec::new();
     for rank in 0..3 {
         for part in &picture.moves {
-            let pen = match (rank, part.kind) {
-                (0, MoveKind::Ring(depth)) => Pen::solid(scale.colour_of(f64::from(depth)), 1.3),
+            let line_style = match (rank, part.kind) {
+                (0, MoveKind::Ring(depth)) => LineStyle::solid(scale.colour_of(f64::from(depth)), 1.3),
                 (1, MoveKind::Link) => LINK,
                 (2, MoveKind::Air) => AIR,
                 _ => continue,
@@ -109,7 +109,7 @@ pub(in super::super) fn sheet(picture: &PathPicture) -> Sheet {
             if line.windows(2).all(|p| p[0] == p[1]) {
                 continue;
             }
-            panel.curve(&mut sheet, line.iter().copied(), pen);
+            subplot.curve(&mut figure, line.iter().copied(), line_style);
             if rank == 0 {
                 arrowed.push(line);
             }
@@ -117,16 +117,16 @@ pub(in super::super) fn sheet(picture: &PathPicture) -> Sheet {
     }
     let every = arrowed.len().div_ceil(ARROWED).max(1);
     for line in arrowed.iter().step_by(every) {
-        arrows(&mut sheet, &panel, line);
+        arrows(&mut figure, &subplot, line);
     }
     if let Some(ends) = ends(picture) {
-        mark_ends(&mut sheet, ends.map(|p| panel.at(p[0], p[1])));
+        mark_ends(&mut figure, ends.map(|p| subplot.at(p[0], p[1])));
     }
-    panel.border(&mut sheet, true, true);
-    panel.x_title(&mut sheet, "x", "mm");
-    panel.y_title(&mut sheet, gutter, "y", "mm");
+    subplot.border(&mut figure, true, true);
+    subplot.x_title(&mut figure, "x", "mm");
+    subplot.y_title(&mut figure, gutter, "y", "mm");
     if depths().next().is_some() {
-        scale.draw(&mut sheet, &panel.frame, "depth of the ring", "");
+        scale.draw(&mut figure, &subplot.frame, "depth of the ring", "");
     }
-    sheet
+    figure
 }

@@ -1,9 +1,9 @@
 //! The pattern search for `n_c`, iteration by iteration.
 
-use super::super::axis::{Axis, Range, figure};
+use super::super::axis::{Axis, Range, significant};
 use super::super::curve::Frame;
-use super::super::panel::{Entry, Panel, gutter, panel_height, stack, x_axis, y_axis};
-use super::super::sheet::{CURVE_PX, Sheet};
+use super::super::figure::{CURVE_PX, Figure};
+use super::super::subplot::{Entry, Subplot, gutter, stack, subplot_height, x_axis, y_axis};
 use super::{Named, heading};
 use crate::optimize::Step;
 
@@ -36,29 +36,29 @@ const QUANTITIES: [[Quantity; 2]; 2] = [
     ],
 ];
 
-pub(super) fn sheet(runs: &[Named<'_>]) -> Sheet {
-    let mut sheet = Sheet::default();
+pub(super) fn figure(runs: &[Named<'_>]) -> Figure {
+    let mut figure = Figure::default();
     let searches: Vec<(&Named<'_>, &[Step])> = runs
         .iter()
-        .filter_map(|run| Some((run, run.data.facts().n_c_search.as_deref()?)))
+        .filter_map(|run| Some((run, run.data.metadata().n_c_search.as_deref()?)))
         .filter(|(_, steps)| !steps.is_empty())
         .collect();
     let mut head = heading(runs, "pattern search for n_c");
     if let [(run, steps)] = searches.as_slice() {
-        head.subtitle = figures(steps, false);
-        head.legend.push(Entry::line(run.pen(CURVE_PX), "best so far, an iteration a dot"));
+        head.subtitle = metrics(steps, false);
+        head.legend.push(Entry::line(run.line_style(CURVE_PX), "best so far, an iteration a dot"));
     } else {
         let entry = |(run, steps): &(&Named<'_>, &[Step])| {
-            Entry::line(run.pen(CURVE_PX), format!("{} ({})", run.short(), figures(steps, true)))
+            Entry::line(run.line_style(CURVE_PX), format!("{} ({})", run.short(), metrics(steps, true)))
         };
         head.legend.extend(searches.iter().map(entry));
     }
-    let space = head.draw(&mut sheet);
+    let space = head.draw(&mut figure);
     let all = || searches.iter().flat_map(|(_, steps)| steps.iter());
     let mut iterations = Range::of(all().map(|step| step.iteration as f64));
     iterations.high = iterations.high.max(iterations.low + 1.0);
 
-    let height = panel_height(&space, 2, GAP);
+    let height = subplot_height(&space, 2, GAP);
     let middle = 0.5 * (space.left + space.right);
     let halves = [Frame { right: middle - 10.0, ..space }, Frame { left: middle + 10.0, ..space }];
     for (half, quantities) in halves.iter().zip(&QUANTITIES) {
@@ -67,8 +67,8 @@ pub(super) fn sheet(runs: &[Named<'_>]) -> Sheet {
         let frames = stack(half, &[&y[0], &y[1]], GAP);
         for (row, ((frame, y), quantity)) in frames.into_iter().zip(y).zip(quantities).enumerate() {
             let x = x_axis(iterations.padded(0.02, 0.02), frame.width(), true);
-            let mut panel = Panel::new(frame, x, y);
-            panel.grid(&mut sheet);
+            let mut subplot = Subplot::new(frame, x, y);
+            subplot.grid(&mut figure);
             for (run, steps) in &searches {
                 let drawable = |step: &&Step| {
                     let value = (quantity.of)(step);
@@ -76,22 +76,22 @@ pub(super) fn sheet(runs: &[Named<'_>]) -> Sheet {
                 };
                 let values: Vec<(f64, f64)> =
                     steps.iter().filter(drawable).map(|step| (step.iteration as f64, (quantity.of)(step))).collect();
-                panel.curve(&mut sheet, values.iter().copied(), run.pen(CURVE_PX));
+                subplot.curve(&mut figure, values.iter().copied(), run.line_style(CURVE_PX));
                 // Dots that do not touch.
                 if (values.len() as f64) * 7.0 < frame.width() {
                     for (x, y) in &values {
-                        sheet.dot(panel.at(*x, *y), 2.6, run.colour);
+                        figure.dot(subplot.at(*x, *y), 2.6, run.colour);
                     }
                 }
             }
-            panel.border(&mut sheet, row == 1, true);
-            panel.y_title(&mut sheet, gutter, quantity.name, quantity.unit);
+            subplot.border(&mut figure, row == 1, true);
+            subplot.y_title(&mut figure, gutter, quantity.name, quantity.unit);
             if row == 1 {
-                panel.x_title(&mut sheet, "iteration", "");
+                subplot.x_title(&mut figure, "iteration", "");
             }
         }
     }
-    sheet
+    figure
 }
 
 fn axis(quantity: &Quantity, values: &mut dyn Iterator<Item = f64>, height_px: f64) -> Axis {
@@ -104,10 +104,10 @@ fn axis(quantity: &Quantity, values: &mut dyn Iterator<Item = f64>, height_px: f
 }
 
 /// Where the search ended; in few words for a legend.
-fn figures(steps: &[Step], short: bool) -> String {
+fn metrics(steps: &[Step], short: bool) -> String {
     let Some(last) = steps.last() else { return String::new() };
-    let n_c = last.point.first().map(|n_c| format!("n_c = {}, ", figure(*n_c, 5))).unwrap_or_default();
-    let (jerk, evaluations) = (figure(last.objective, 5), last.evaluations);
+    let n_c = last.point.first().map(|n_c| format!("n_c = {}, ", significant(*n_c, 5))).unwrap_or_default();
+    let (jerk, evaluations) = (significant(last.objective, 5), last.evaluations);
     if short {
         format!("{n_c}{jerk} mm/s³, {evaluations} evaluations")
     } else {

@@ -1,10 +1,10 @@
 //! Error of the fast step-over form against the exact one, over the curvature radius.
 
-use super::super::axis::{Axis, Range, figure};
+use super::super::axis::{Axis, Range, significant};
 use super::super::curve::{Dash, Frame};
+use super::super::figure::{Figure, LineStyle, RUN_COLOURS};
 use super::super::machining::{StepoverPicture, StepoverRow, stepover_row};
-use super::super::panel::{Entry, Heading, Panel, gutter};
-use super::super::sheet::{Pen, RUN_COLOURS, Sheet};
+use super::super::subplot::{Entry, Heading, Subplot, gutter};
 
 /// Points of a curve.
 const SAMPLES: u32 = 400;
@@ -13,9 +13,9 @@ const MOST_DECADES: f64 = 1e5;
 /// Neighbouring concave radii up to this many times each other are told of together.
 const TOGETHER: f64 = 1.5;
 
-fn pen(scallop: usize, convex: bool) -> Pen {
+fn line_style(scallop: usize, convex: bool) -> LineStyle {
     let colour = RUN_COLOURS[scallop % RUN_COLOURS.len()];
-    Pen { dash: (!convex).then_some(Dash::new(8.0, 4.0)), ..Pen::solid(colour, 2.0) }
+    LineStyle { dash: (!convex).then_some(Dash::new(8.0, 4.0)), ..LineStyle::solid(colour, 2.0) }
 }
 
 /// Radii that can be drawn: the range asked for, else the paper's.
@@ -26,8 +26,8 @@ fn radii(picture: &StepoverPicture) -> Range {
     Range { low, high }
 }
 
-pub(in super::super) fn sheet(picture: &StepoverPicture) -> Sheet {
-    let mut sheet = Sheet::default();
+pub(in super::super) fn figure(picture: &StepoverPicture) -> Figure {
+    let mut figure = Figure::default();
     let (radii, cutter) = (radii(picture), picture.radius_mm);
     let mut curves = Vec::new();
     for (i, scallop) in picture.scallops_mm.iter().enumerate() {
@@ -46,13 +46,13 @@ pub(in super::super) fn sheet(picture: &StepoverPicture) -> Sheet {
     let legend = curves.iter().filter(|(_, _, points)| !points.is_empty()).map(|(i, convex, _)| {
         let bent = if *convex { "convex" } else { "concave" };
         let scallop = picture.scallops_mm.get(*i).copied().unwrap_or_default();
-        Entry::line(pen(*i, *convex), format!("{bent}, h = {} mm", figure(scallop, 3)))
+        Entry::line(line_style(*i, *convex), format!("{bent}, h = {} mm", significant(scallop, 3)))
     });
     let mut head = Heading {
         title: "Step-over: error of the fast form".to_owned(),
         subtitle: format!(
             "(v − w)/w of the fast form v = √(8 h r R/(R + r)), w exact, without sign; cutter radius r = {} mm; the points are {}",
-            figure(cutter, 3),
+            significant(cutter, 3),
             if *picture == StepoverPicture::default() { "the paper's table" } else { "those of the table" }
         ),
         legend: legend.collect(),
@@ -65,45 +65,45 @@ pub(in super::super) fn sheet(picture: &StepoverPicture) -> Sheet {
     }
     errors.high = errors.high.max(1e-9);
     errors.low = errors.low.max(errors.high / MOST_DECADES);
-    let space = head.draw(&mut sheet);
+    let space = head.draw(&mut figure);
     let y = Axis::decades(Range { low: 0.6 * errors.low, high: 1.3 * errors.high });
     let gutter = gutter(&[&y]);
     let frame = Frame { left: space.left + gutter, right: space.right - 8.0, ..space };
-    let mut panel = Panel::new(frame, Axis::decades(radii), y);
-    panel.grid(&mut sheet);
+    let mut subplot = Subplot::new(frame, Axis::decades(radii), y);
+    subplot.grid(&mut figure);
     for (i, convex, points) in curves {
-        panel.curve(&mut sheet, points, pen(i, convex));
+        subplot.curve(&mut figure, points, line_style(i, convex));
     }
     let marked: Vec<Vec<StepoverRow>> = picture
         .scallops_mm
         .iter()
         .map(|scallop| {
             let rows = picture.curvature_radii_mm.iter().filter_map(|r| stepover_row(cutter, *scallop, *r).ok());
-            rows.filter(|row| panel.holds(panel.at(row.curvature_radius_mm.abs(), row.error_percent))).collect()
+            rows.filter(|row| subplot.holds(subplot.at(row.curvature_radius_mm.abs(), row.error_percent))).collect()
         })
         .collect();
     for (i, row) in marked.iter().enumerate().flat_map(|(i, rows)| rows.iter().map(move |row| (i, row))) {
-        let at = panel.at(row.curvature_radius_mm.abs(), row.error_percent);
-        sheet.ring(at, 4.5, 1.8, pen(i, true).colour);
-        panel.keep_clear(vec![(at.0, at.1 - 8.0), (at.0, at.1 + 9.0)]);
+        let at = subplot.at(row.curvature_radius_mm.abs(), row.error_percent);
+        figure.ring(at, 4.5, 1.8, line_style(i, true).colour);
+        subplot.keep_clear(vec![(at.0, at.1 - 8.0), (at.0, at.1 + 9.0)]);
     }
     for (i, rows) in marked.iter().enumerate() {
         for (of, text) in labels(rows) {
             // Below or above all points that it is of.
-            let px = of.iter().map(|row| panel.at(row.curvature_radius_mm.abs(), row.error_percent));
+            let px = of.iter().map(|row| subplot.at(row.curvature_radius_mm.abs(), row.error_percent));
             let (x, y) = (Range::of(px.clone().map(|at| at.0)), Range::of(px.map(|at| at.1)));
-            panel.point_label(&mut sheet, (x.middle(), y.high), &text, pen(i, true).colour);
+            subplot.point_label(&mut figure, (x.middle(), y.high), &text, line_style(i, true).colour);
         }
     }
-    panel.border(&mut sheet, true, true);
-    panel.x_title(&mut sheet, "curvature radius |R|", "mm");
-    panel.y_title(&mut sheet, gutter, "error of the fast step-over", "%");
-    sheet
+    subplot.border(&mut figure, true, true);
+    subplot.x_title(&mut figure, "curvature radius |R|", "mm");
+    subplot.y_title(&mut figure, gutter, "error of the fast step-over", "%");
+    figure
 }
 
 /// What is said of the points of one scallop height: of neighbouring concave ones it is said once.
 fn labels(rows: &[StepoverRow]) -> Vec<(Vec<StepoverRow>, String)> {
-    let signed = |radius: f64| figure(radius, 3);
+    let signed = |radius: f64| significant(radius, 3);
     let mut sorted = rows.to_vec();
     sorted.sort_by(|a, b| a.curvature_radius_mm.total_cmp(&b.curvature_radius_mm));
     let together = |a: &StepoverRow, b: &StepoverRow| {
@@ -114,10 +114,10 @@ fn labels(rows: &[StepoverRow]) -> Vec<(Vec<StepoverRow>, String)> {
             "R = {} … {}: {} … {} %",
             signed(first.curvature_radius_mm),
             signed(last.curvature_radius_mm),
-            figure(first.error_percent, 3),
-            figure(last.error_percent, 3)
+            significant(first.error_percent, 3),
+            significant(last.error_percent, 3)
         ),
-        [row] => format!("R = {}: {} %", signed(row.curvature_radius_mm), figure(row.error_percent, 3)),
+        [row] => format!("R = {}: {} %", signed(row.curvature_radius_mm), significant(row.error_percent, 3)),
         [] => String::new(),
     };
     sorted.chunk_by(together).map(|group| (group.to_vec(), text(group))).collect()

@@ -1,37 +1,37 @@
 //! Step and following error of every axis.
 
-use super::super::axis::{Axis, Range, figure};
+use super::super::axis::{Axis, Range, significant};
 use super::super::curve::Frame;
+use super::super::figure::{CURVE_PX, Colour, DESIRED, Figure, LineStyle, RUN_COLOURS};
 use super::super::font;
-use super::super::panel::{Heading, Panel, TITLE_EM, gutter, panel_height, stack, x_axis, y_axis};
-use super::super::sheet::{CURVE_PX, Colour, DESIRED, Pen, RUN_COLOURS, Sheet};
+use super::super::subplot::{Heading, Subplot, TITLE_EM, gutter, stack, subplot_height, x_axis, y_axis};
 use super::printable;
 use crate::measure::{AxisSteps, Sampled, Steps};
 
 const GAP: f64 = 18.0;
 /// Between the two columns \[px\].
 const COLUMNS: f64 = 20.0;
-const COMMAND: Pen = Pen { colour: DESIRED, width_px: 2.0, dash: None };
+const COMMAND: LineStyle = LineStyle { colour: DESIRED, width_px: 2.0, dash: None };
 
-pub(in super::super) fn sheet(measured: &Steps) -> Sheet {
-    let mut sheet = Sheet::default();
+pub(in super::super) fn figure(measured: &Steps) -> Figure {
+    let mut figure = Figure::default();
     let name = font::shortened(&printable(&measured.scenario), TITLE_EM, 600.0);
     let feed = measured.axes.first().map_or(0.0, |axis| axis.ramp.feed_mm_s);
     let head = Heading {
         title: format!(
             "{name}: step of {} µm, following error at {} mm/s",
-            figure(measured.step_um, 5),
-            figure(feed, 5)
+            significant(measured.step_um, 5),
+            significant(feed, 5)
         ),
-        subtitle: format!("The shaded band is the window of ±{} µm", figure(measured.window_um, 4)),
+        subtitle: format!("The shaded band is the window of ±{} µm", significant(measured.window_um, 4)),
         warnings: measured.warnings.iter().map(|text| printable(text)).collect(),
         ..Heading::default()
     };
-    let space = head.draw(&mut sheet);
+    let space = head.draw(&mut figure);
     let half = 0.5 * (space.width() - COLUMNS);
-    steps(&mut sheet, measured, Frame { right: space.left + half, ..space });
-    ramps(&mut sheet, measured, Frame { left: space.right - half, ..space });
-    sheet
+    steps(&mut figure, measured, Frame { right: space.left + half, ..space });
+    ramps(&mut figure, measured, Frame { left: space.right - half, ..space });
+    figure
 }
 
 fn axes(measured: &Steps) -> impl Iterator<Item = (&AxisSteps, Colour)> {
@@ -40,7 +40,7 @@ fn axes(measured: &Steps) -> impl Iterator<Item = (&AxisSteps, Colour)> {
 
 /// Frames one below the other for the axes' values.
 fn frames(space: &Frame, ranges: &[Range]) -> (Vec<(Frame, Axis)>, f64) {
-    let height = panel_height(space, ranges.len(), GAP);
+    let height = subplot_height(space, ranges.len(), GAP);
     let y: Vec<Axis> = ranges.iter().map(|range| y_axis(range.padded(0.06, 0.14), height, false)).collect();
     let all: Vec<&Axis> = y.iter().collect();
     let gutter = gutter(&all);
@@ -48,7 +48,7 @@ fn frames(space: &Frame, ranges: &[Range]) -> (Vec<(Frame, Axis)>, f64) {
     (frames.into_iter().zip(y.iter().cloned()).collect(), gutter)
 }
 
-fn steps(sheet: &mut Sheet, measured: &Steps, space: Frame) {
+fn steps(figure: &mut Figure, measured: &Steps, space: Frame) {
     // Somewhat longer than the slowest one takes.
     let longest = axes(measured).map(|(axis, _)| {
         let all = axis.step_samples.last().map_or(0.0, |sample| sample.time_s);
@@ -69,33 +69,33 @@ fn steps(sheet: &mut Sheet, measured: &Steps, space: Frame) {
     let last = frames.len().saturating_sub(1);
     for (i, ((axis, colour), (frame, y))) in axes(measured).zip(frames).enumerate() {
         let x = x_axis(Range { low: 0.0, high: 1e3 * end }, frame.width(), false);
-        let mut panel = Panel::new(frame, x, y);
-        panel.shade(sheet, measured.step_um - measured.window_um, measured.step_um + measured.window_um);
-        panel.grid(sheet);
-        panel.level(sheet, measured.step_um, COMMAND);
-        panel.curve(sheet, shown(axis), Pen::solid(colour, CURVE_PX));
+        let mut subplot = Subplot::new(frame, x, y);
+        subplot.shade(figure, measured.step_um - measured.window_um, measured.step_um + measured.window_um);
+        subplot.grid(figure);
+        subplot.level(figure, measured.step_um, COMMAND);
+        subplot.curve(figure, shown(axis), LineStyle::solid(colour, CURVE_PX));
         if let Some(settling_s) = axis.step.settling_s.filter(|settling_s| *settling_s <= end) {
-            let at = panel.at(1e3 * settling_s, near(&axis.step_samples, settling_s).actual_um);
-            sheet.ring(at, 4.0, 1.5, colour);
-            let text = format!("settled in {} ms", figure(1e3 * settling_s, 3));
-            panel.point_label(sheet, at, &text, colour);
+            let at = subplot.at(1e3 * settling_s, near(&axis.step_samples, settling_s).actual_um);
+            figure.ring(at, 4.0, 1.5, colour);
+            let text = format!("settled in {} ms", significant(1e3 * settling_s, 3));
+            subplot.point_label(figure, at, &text, colour);
         }
         if let (None, Some(last)) = (axis.step.settling_s, axis.step_samples.last()) {
-            let at = panel.at(0.75e3 * end, last.actual_um);
-            let text = format!("rests {} µm off", figure(axis.step.rest_um.abs(), 3));
-            panel.point_label(sheet, at, &text, colour);
+            let at = subplot.at(0.75e3 * end, last.actual_um);
+            let text = format!("rests {} µm off", significant(axis.step.rest_um.abs(), 3));
+            subplot.point_label(figure, at, &text, colour);
         }
         let top = axis.step_samples.iter().copied().reduce(|a, b| if b.actual_um > a.actual_um { b } else { a });
         if let Some(top) = top.filter(|top| axis.step.overshoot_percent > 0.1 && top.time_s <= end) {
-            let at = panel.at(1e3 * top.time_s, top.actual_um);
-            sheet.ring(at, 4.0, 1.5, colour);
-            let text = format!("overshoot {} %", figure(axis.step.overshoot_percent, 3));
-            panel.point_label(sheet, at, &text, colour);
+            let at = subplot.at(1e3 * top.time_s, top.actual_um);
+            figure.ring(at, 4.0, 1.5, colour);
+            let text = format!("overshoot {} %", significant(axis.step.overshoot_percent, 3));
+            subplot.point_label(figure, at, &text, colour);
         }
-        panel.border(sheet, i == last, true);
-        panel.y_title(sheet, gutter, &format!("{} actual", axis.axis.to_uppercase()), "µm");
+        subplot.border(figure, i == last, true);
+        subplot.y_title(figure, gutter, &format!("{} actual", axis.axis.to_uppercase()), "µm");
         if i == last {
-            panel.x_title(sheet, "time from the step", "ms");
+            subplot.x_title(figure, "time from the step", "ms");
         }
     }
 }
@@ -111,7 +111,7 @@ fn near(samples: &[Sampled], time_s: f64) -> Sampled {
     Sampled { actual_um: a.actual_um + share * (b.actual_um - a.actual_um), ..*a }
 }
 
-fn ramps(sheet: &mut Sheet, measured: &Steps, space: Frame) {
+fn ramps(figure: &mut Figure, measured: &Steps, space: Frame) {
     let error = |sample: &Sampled| sample.command_um - sample.actual_um;
     let range = |axis: &AxisSteps| {
         let mut range = Range::of(axis.ramp_samples.iter().map(error));
@@ -125,18 +125,22 @@ fn ramps(sheet: &mut Sheet, measured: &Steps, space: Frame) {
     let (frames, gutter) = frames(&space, &ranges);
     let last = frames.len().saturating_sub(1);
     for (i, ((axis, colour), (frame, y))) in axes(measured).zip(frames).enumerate() {
-        let mut panel = Panel::new(frame, x_axis(Range { low: 0.0, high: end }, frame.width(), false), y);
-        panel.shade(sheet, -measured.window_um, measured.window_um);
-        panel.grid(sheet);
-        panel.level(sheet, 0.0, COMMAND);
-        panel.curve(sheet, axis.ramp_samples.iter().map(|s| (s.time_s, error(s))), Pen::solid(colour, CURVE_PX));
-        let at = panel.at(0.45, axis.ramp.following_error_um);
+        let mut subplot = Subplot::new(frame, x_axis(Range { low: 0.0, high: end }, frame.width(), false), y);
+        subplot.shade(figure, -measured.window_um, measured.window_um);
+        subplot.grid(figure);
+        subplot.level(figure, 0.0, COMMAND);
+        subplot.curve(
+            figure,
+            axis.ramp_samples.iter().map(|s| (s.time_s, error(s))),
+            LineStyle::solid(colour, CURVE_PX),
+        );
+        let at = subplot.at(0.45, axis.ramp.following_error_um);
         // Labels that would not fit are left out.
-        panel.point_label(sheet, at, &format!("{} µm", figure(axis.ramp.following_error_um, 4)), colour);
-        panel.border(sheet, i == last, true);
-        panel.y_title(sheet, gutter, &format!("{} following error", axis.axis.to_uppercase()), "µm");
+        subplot.point_label(figure, at, &format!("{} µm", significant(axis.ramp.following_error_um, 4)), colour);
+        subplot.border(figure, i == last, true);
+        subplot.y_title(figure, gutter, &format!("{} following error", axis.axis.to_uppercase()), "µm");
         if i == last {
-            panel.x_title(sheet, "time", "s");
+            subplot.x_title(figure, "time", "s");
         }
     }
 }

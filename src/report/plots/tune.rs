@@ -1,11 +1,11 @@
 //! How a tuning converged: the best so far of every start, over evaluations.
 
 use super::super::Convergence;
-use super::super::axis::{Axis, Range, figure};
+use super::super::axis::{Axis, Range, significant};
 use super::super::curve::Frame;
+use super::super::figure::{CURVE_PX, Colour, Figure, INK, LineStyle, RUN_COLOURS};
 use super::super::font;
-use super::super::panel::{Entry, Heading, Panel, TITLE_EM, gutter, x_axis};
-use super::super::sheet::{CURVE_PX, Colour, INK, Pen, RUN_COLOURS, Sheet};
+use super::super::subplot::{Entry, Heading, Subplot, TITLE_EM, gutter, x_axis};
 use super::printable;
 use crate::optimize::Step;
 
@@ -21,7 +21,7 @@ const THIN_PX: f64 = 1.1;
 struct Drawn<'a> {
     steps: &'a [Step],
     offset: f64,
-    pen: Pen,
+    line_style: LineStyle,
 }
 
 impl Drawn<'_> {
@@ -53,11 +53,11 @@ fn is_drawable(value: f64) -> bool {
     value > 0.0 && value <= 1e100
 }
 
-pub(in super::super) fn sheet(convergence: &Convergence<'_>) -> Sheet {
-    let mut sheet = Sheet::default();
+pub(in super::super) fn figure(convergence: &Convergence<'_>) -> Figure {
+    let mut figure = Figure::default();
     let searches = drawn(convergence);
     let is_any_outside = searches.iter().any(|search| !search.violations().is_empty());
-    let space = heading(convergence, &searches, is_any_outside).draw(&mut sheet);
+    let space = heading(convergence, &searches, is_any_outside).draw(&mut figure);
 
     let places = searches.iter().flat_map(|search| search.steps.iter().map(|step| search.place(step)));
     let mut evaluations = Range::of(places);
@@ -73,36 +73,36 @@ pub(in super::super) fn sheet(convergence: &Convergence<'_>) -> Sheet {
     let frame = Frame { left: space.left + gutter, right: space.right - 8.0, ..space };
     let x = x_axis(evaluations.padded(0.0, 0.01), frame.width(), true);
 
-    let mut panel = Panel::new(Frame { bottom: space.top + upper_px, ..frame }, x.clone(), y);
-    panel.grid(&mut sheet);
+    let mut subplot = Subplot::new(Frame { bottom: space.top + upper_px, ..frame }, x.clone(), y);
+    subplot.grid(&mut figure);
     for search in &searches {
-        panel.curve(&mut sheet, stairs(&search.objectives()), search.pen);
+        subplot.curve(&mut figure, stairs(&search.objectives()), search.line_style);
     }
     for search in &searches {
         if let Some((x, y)) = search.entry() {
-            sheet.ring(panel.at(x, y), 4.0, 1.5, search.pen.colour);
+            figure.ring(subplot.at(x, y), 4.0, 1.5, search.line_style.colour);
         }
     }
     if let Some((at, objective)) = searches.last().and_then(|search| search.objectives().last().copied()) {
-        let end = panel.at(at, objective);
-        sheet.dot(end, 3.0, INK);
-        panel.point_label(&mut sheet, end, &format!("{} {}", figure(objective, 4), convergence.unit), INK);
+        let end = subplot.at(at, objective);
+        figure.dot(end, 3.0, INK);
+        subplot.point_label(&mut figure, end, &format!("{} {}", significant(objective, 4), convergence.unit), INK);
     }
-    panel.border(&mut sheet, !is_any_outside, true);
-    panel.y_title(&mut sheet, gutter, "best objective so far", convergence.unit);
+    subplot.border(&mut figure, !is_any_outside, true);
+    subplot.y_title(&mut figure, gutter, "best objective so far", convergence.unit);
     if is_any_outside {
-        let mut panel = Panel::new(Frame { top: space.bottom - lower_px, ..frame }, x, below);
-        panel.grid(&mut sheet);
+        let mut subplot = Subplot::new(Frame { top: space.bottom - lower_px, ..frame }, x, below);
+        subplot.grid(&mut figure);
         for search in &searches {
-            panel.curve(&mut sheet, stairs(&search.violations()), search.pen);
+            subplot.curve(&mut figure, stairs(&search.violations()), search.line_style);
         }
-        panel.border(&mut sheet, true, true);
-        panel.y_title(&mut sheet, gutter, "violation", "");
-        panel.x_title(&mut sheet, "evaluations of a start", "");
+        subplot.border(&mut figure, true, true);
+        subplot.y_title(&mut figure, gutter, "violation", "");
+        subplot.x_title(&mut figure, "evaluations of a start", "");
     } else {
-        panel.x_title(&mut sheet, "evaluations of a start", "");
+        subplot.x_title(&mut figure, "evaluations of a start", "");
     }
-    sheet
+    figure
 }
 
 /// The starts side by side from 0, the polish of the best behind the longest of them.
@@ -117,10 +117,10 @@ fn drawn<'a>(convergence: &Convergence<'a>) -> Vec<Drawn<'a>> {
     };
     let one = |(start, steps): &(Option<usize>, &'a [Step])| match start {
         Some(start) => {
-            let pen = Pen::solid(pale(own_or_other(*start)), THIN_PX);
-            Drawn { steps, offset: 0.0, pen }
+            let line_style = LineStyle::solid(pale(own_or_other(*start)), THIN_PX);
+            Drawn { steps, offset: 0.0, line_style }
         }
-        None => Drawn { steps, offset: longest, pen: Pen::solid(INK, CURVE_PX) },
+        None => Drawn { steps, offset: longest, line_style: LineStyle::solid(INK, CURVE_PX) },
     };
     convergence.searches.iter().map(one).collect()
 }
@@ -151,17 +151,17 @@ fn heading(convergence: &Convergence<'_>, searches: &[Drawn<'_>], is_any_outside
         Heading { title: format!("{name}: tuning"), subtitle: printable(convergence.subtitle), ..Heading::default() };
     let starts = convergence.searches.iter().filter(|(start, _)| start.is_some()).count();
     if let Some(first) = searches.first() {
-        heading.legend.push(Entry::line(first.pen, "the scenario's own gains"));
+        heading.legend.push(Entry::line(first.line_style, "the scenario's own gains"));
     }
     if let Some(second) = searches.get(1).filter(|_| starts > 1) {
         let others = if starts == 2 { "1 other start".to_owned() } else { format!("{} other starts", starts - 1) };
-        heading.legend.push(Entry::line(second.pen, others));
+        heading.legend.push(Entry::line(second.line_style, others));
     }
     if searches.len() > starts {
-        heading.legend.push(Entry::line(Pen::solid(INK, CURVE_PX), "polish of the best"));
+        heading.legend.push(Entry::line(LineStyle::solid(INK, CURVE_PX), "polish of the best"));
     }
     if is_any_outside && let Some(search) = searches.iter().find(|search| search.entry().is_some()) {
-        let symbol = super::super::panel::Symbol::Ring(search.pen.colour);
+        let symbol = super::super::subplot::Symbol::Ring(search.line_style.colour);
         heading.legend.push(Entry { symbol, text: "every constraint kept from here on".to_owned() });
     }
     heading

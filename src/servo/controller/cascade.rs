@@ -1,8 +1,8 @@
 //! The cascade with feedforward.
 
-use super::{Controller, Measured, PPi, PPiGains, Wanted};
+use super::{ControlOutput, Controller, Feedback, PPi, PPiGains};
 use crate::servo::parameters::not_negative;
-use crate::servo::{AxisParameters, Demand, ServoError};
+use crate::servo::{AxisParameters, AxisReference, ServoError};
 
 /// Gains of [`Cascade`], none negative.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -11,9 +11,9 @@ pub struct CascadeGains {
     pub loops: PPiGains,
     /// Velocity feedforward `kf` \[rad/mm\]; `1/r_g` is all of it.
     pub velocity_rad_mm: f64,
-    /// Torque per demanded velocity \[N m s/mm\]; `B/r_g` makes up for the plant's viscous friction.
+    /// Torque per reference velocity \[N m s/mm\]; `B/r_g` makes up for the plant's viscous friction.
     pub viscous_nm_s_mm: f64,
-    /// Torque per demanded acceleration `ka` \[N m s²/mm\]; `J/r_g` is all of it.
+    /// Torque per reference acceleration `ka` \[N m s²/mm\]; `J/r_g` is all of it.
     pub acceleration_nm_s2_mm: f64,
 }
 
@@ -63,15 +63,15 @@ impl Cascade {
 
 impl Controller for Cascade {
     #[inline(always)]
-    fn control(&mut self, demand: &Demand, measured: &Measured) -> Wanted {
-        let mut wanted = self.loops.follow(demand, measured, self.gains.velocity_rad_mm * demand.velocity_mm_s);
-        wanted.torque_nm += self.gains.viscous_nm_s_mm * demand.velocity_mm_s
-            + self.gains.acceleration_nm_s2_mm * demand.acceleration_mm_s2;
-        wanted
+    fn control(&mut self, reference: &AxisReference, feedback: &Feedback) -> ControlOutput {
+        let mut output = self.loops.follow(reference, feedback, self.gains.velocity_rad_mm * reference.velocity_mm_s);
+        output.torque_nm += self.gains.viscous_nm_s_mm * reference.velocity_mm_s
+            + self.gains.acceleration_nm_s2_mm * reference.acceleration_mm_s2;
+        output
     }
 
     #[inline(always)]
-    fn settle(&mut self, clipped_nm: f64) {
-        self.loops.settle(clipped_nm);
+    fn anti_windup(&mut self, clipped_nm: f64) {
+        self.loops.anti_windup(clipped_nm);
     }
 }

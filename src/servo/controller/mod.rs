@@ -1,7 +1,7 @@
-//! Controllers: from the demand and what is measured of the motion to the torque that is wanted.
+//! Controllers: from the reference and what is feedback of the motion to the torque that is output.
 //!
-//! A controller sees positions in mm counted from where the axis started, demand and measurement alike. What it wants may be clamped;
-//! [`Controller::settle`] tells it, so that its integral does not wind up.
+//! A controller sees positions in mm counted from where the axis started, reference and measurement alike. What it wants may be clamped;
+//! [`Controller::anti_windup`] tells it, so that its integral does not wind up.
 
 mod cascade;
 mod p_pi;
@@ -13,11 +13,11 @@ pub use p_pi::{PPi, PPiGains};
 pub use pdff::PdffController;
 pub use pid::{Pid, PidGains};
 
-use super::demand::Demand;
+use super::reference::AxisReference;
 
-/// What is measured of an axis at one sample.
+/// What is feedback of an axis at one sample.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
-pub struct Measured {
+pub struct Feedback {
     /// Position from the start \[mm\].
     pub position_mm: f64,
     /// Velocity of the motor \[rad/s\].
@@ -26,7 +26,7 @@ pub struct Measured {
 
 /// What a controller wants at one sample.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
-pub struct Wanted {
+pub struct ControlOutput {
     /// Velocity command; zero where the controller has none \[rad/s\].
     pub velocity_command_rad_s: f64,
     /// Torque of the motor \[N m\].
@@ -35,12 +35,12 @@ pub struct Wanted {
 
 /// A controller of one axis.
 pub trait Controller {
-    /// The torque wanted at this sample.
-    fn control(&mut self, demand: &Demand, measured: &Measured) -> Wanted;
+    /// The torque output at this sample.
+    fn control(&mut self, reference: &AxisReference, feedback: &Feedback) -> ControlOutput;
 
     /// Once after [`control`](Self::control): what the voltage limit took away of the torque \[N m\], with its sign; zero where it got
-    /// what it wanted. The integral is advanced here.
-    fn settle(&mut self, clipped_nm: f64);
+    /// what it output. The integral is advanced here.
+    fn anti_windup(&mut self, clipped_nm: f64);
 }
 
 /// An integral that waits while it would drive a clamped torque further out.
@@ -57,7 +57,7 @@ impl Integral {
     }
 
     #[inline(always)]
-    fn settle(&mut self, clipped_nm: f64) {
+    fn anti_windup(&mut self, clipped_nm: f64) {
         if !(clipped_nm * self.error > 0.0) {
             self.sum = self.rate.mul_add(self.error, self.sum);
         }
@@ -79,22 +79,22 @@ pub enum AnyController {
 
 impl Controller for AnyController {
     #[inline(always)]
-    fn control(&mut self, demand: &Demand, measured: &Measured) -> Wanted {
+    fn control(&mut self, reference: &AxisReference, feedback: &Feedback) -> ControlOutput {
         match self {
-            Self::Pdff(controller) => controller.control(demand, measured),
-            Self::PPi(controller) => controller.control(demand, measured),
-            Self::Pid(controller) => controller.control(demand, measured),
-            Self::Cascade(controller) => controller.control(demand, measured),
+            Self::Pdff(controller) => controller.control(reference, feedback),
+            Self::PPi(controller) => controller.control(reference, feedback),
+            Self::Pid(controller) => controller.control(reference, feedback),
+            Self::Cascade(controller) => controller.control(reference, feedback),
         }
     }
 
     #[inline(always)]
-    fn settle(&mut self, clipped_nm: f64) {
+    fn anti_windup(&mut self, clipped_nm: f64) {
         match self {
-            Self::Pdff(controller) => controller.settle(clipped_nm),
-            Self::PPi(controller) => controller.settle(clipped_nm),
-            Self::Pid(controller) => controller.settle(clipped_nm),
-            Self::Cascade(controller) => controller.settle(clipped_nm),
+            Self::Pdff(controller) => controller.anti_windup(clipped_nm),
+            Self::PPi(controller) => controller.anti_windup(clipped_nm),
+            Self::Pid(controller) => controller.anti_windup(clipped_nm),
+            Self::Cascade(controller) => controller.anti_windup(clipped_nm),
         }
     }
 }

@@ -1,8 +1,8 @@
 //! Position P around velocity PI: what most drives do.
 
-use super::{Controller, Integral, Measured, Wanted};
+use super::{ControlOutput, Controller, Feedback, Integral};
 use crate::servo::parameters::not_negative;
-use crate::servo::{Demand, ServoError};
+use crate::servo::{AxisReference, ServoError};
 
 /// Gains of [`PPi`], none negative.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -49,24 +49,29 @@ impl PPi {
 
     /// The same with a velocity that is commanded beside the position error's \[rad/s\].
     #[inline(always)]
-    pub(super) fn follow(&mut self, demand: &Demand, measured: &Measured, velocity_rad_s: f64) -> Wanted {
-        let lag = demand.position_mm - measured.position_mm;
-        let command = self.gains.position_rad_s_mm * lag + velocity_rad_s;
-        let error = command - measured.velocity_rad_s;
+    pub(super) fn follow(
+        &mut self,
+        reference: &AxisReference,
+        feedback: &Feedback,
+        velocity_rad_s: f64,
+    ) -> ControlOutput {
+        let following_error = reference.position_mm - feedback.position_mm;
+        let command = self.gains.position_rad_s_mm * following_error + velocity_rad_s;
+        let error = command - feedback.velocity_rad_s;
         self.integral.error = error;
         let torque_nm = self.gains.velocity_nm_s_rad * error + self.integral.sum;
-        Wanted { velocity_command_rad_s: command, torque_nm }
+        ControlOutput { velocity_command_rad_s: command, torque_nm }
     }
 }
 
 impl Controller for PPi {
     #[inline(always)]
-    fn control(&mut self, demand: &Demand, measured: &Measured) -> Wanted {
-        self.follow(demand, measured, 0.0)
+    fn control(&mut self, reference: &AxisReference, feedback: &Feedback) -> ControlOutput {
+        self.follow(reference, feedback, 0.0)
     }
 
     #[inline(always)]
-    fn settle(&mut self, clipped_nm: f64) {
-        self.integral.settle(clipped_nm);
+    fn anti_windup(&mut self, clipped_nm: f64) {
+        self.integral.anti_windup(clipped_nm);
     }
 }

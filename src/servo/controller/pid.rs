@@ -1,8 +1,8 @@
 //! Position PID.
 
-use super::{Controller, Integral, Measured, Wanted};
+use super::{ControlOutput, Controller, Feedback, Integral};
 use crate::servo::parameters::{at_most_nyquist, not_negative, positive};
-use crate::servo::{Demand, Drive, ServoError};
+use crate::servo::{AxisReference, Drive, ServoError};
 
 /// Gains of [`Pid`], none negative.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -67,18 +67,18 @@ impl Pid {
 
 impl Controller for Pid {
     #[inline(always)]
-    fn control(&mut self, demand: &Demand, measured: &Measured) -> Wanted {
-        let error = demand.position_mm - measured.position_mm;
+    fn control(&mut self, reference: &AxisReference, feedback: &Feedback) -> ControlOutput {
+        let error = reference.position_mm - feedback.position_mm;
         self.derivative += self.share * ((error - self.last) * self.rate - self.derivative);
         self.last = error;
         self.integral.error = error;
         let voltage =
             self.gains.proportional_v_mm * error + self.gains.derivative_v_s_mm * self.derivative + self.integral.sum;
-        Wanted { velocity_command_rad_s: 0.0, torque_nm: self.nm_v * voltage }
+        ControlOutput { velocity_command_rad_s: 0.0, torque_nm: self.nm_v * voltage }
     }
 
     #[inline(always)]
-    fn settle(&mut self, clipped_nm: f64) {
-        self.integral.settle(clipped_nm);
+    fn anti_windup(&mut self, clipped_nm: f64) {
+        self.integral.anti_windup(clipped_nm);
     }
 }

@@ -1,6 +1,6 @@
 //! Torques and forces that nobody asked for.
 
-use super::table::Table;
+use super::lookup_table::LookupTable;
 use crate::servo::ServoError;
 use crate::servo::parameters::LARGEST;
 
@@ -55,9 +55,9 @@ impl TorqueRipple {
 #[derive(Debug, Clone, PartialEq)]
 pub enum CuttingForce {
     /// Over time \[s\].
-    OverTime(Table),
+    OverTime(LookupTable),
     /// Over the table's position \[mm\].
-    OverPosition(Table),
+    OverPosition(LookupTable),
 }
 
 impl CuttingForce {

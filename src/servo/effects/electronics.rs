@@ -31,7 +31,7 @@ impl Delay {
     }
 }
 
-/// Resolution of the digital-to-analogue converter: the voltage is one of `2ⁿ - 1` steps from limit to limit, zero among them.
+/// Resolution of the digital-to-analogue DAC: the voltage is one of `2ⁿ - 1` steps from limit to limit, zero among them.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Dac {
     /// `n`, from 2 to 32.

@@ -190,7 +190,7 @@ impl Sensor {
         }
     }
 
-    /// Measured position \[mm from the start\] and velocity \[rad/s\].
+    /// Feedback position \[mm from the start\] and velocity \[rad/s\].
     #[inline(always)]
     pub(in crate::servo) fn measure(&mut self, position_mm: f64, motor_rad_s: f64) -> (f64, f64) {
         let noisy = if self.noise_mm > 0.0 { position_mm + self.noise_mm * self.random.next() } else { position_mm };

@@ -8,9 +8,9 @@ mod electronics;
 mod encoder;
 mod friction;
 mod kind;
+mod lookup_table;
 mod normal;
 mod screw;
-mod table;
 
 use super::{AxisParameters, Drive, LoopSettings, Plant, ServoError};
 pub use disturbance::{CuttingForce, Harmonic, TorqueRipple};
@@ -20,8 +20,8 @@ pub use encoder::{Encoder, EncoderPlace, Noise, VelocityEstimate};
 pub(in crate::servo) use friction::bell;
 pub use friction::{Coulomb, Friction, LuGre};
 pub use kind::EffectKind;
+pub use lookup_table::LookupTable;
 pub use screw::{Backlash, PitchError, TwoMass};
-pub use table::Table;
 
 /// Everything that can be switched on, for one axis.
 #[derive(Debug, Clone, PartialEq, Default)]

@@ -1,10 +1,10 @@
-//! The ballscrew: flexible, with play, and not quite true.
+//! The ballscrew: flexible, with backlash, and not quite true.
 
-use super::table::Table;
+use super::lookup_table::LookupTable;
 use crate::servo::parameters::{not_negative, positive};
 use crate::servo::{Drive, Plant, ServoError};
 
-/// A ballscrew that gives: the motor and the table are two masses with a spring between them.
+/// A compliant ballscrew: the motor and the table are two masses with a spring between them.
 ///
 /// With `J = τ B` and `B = 1/(k_T K)` of the plant, and the transmission `r_g`, the table takes `J_t = m r_g²` of the inertia and the
 /// motor keeps `J_m = J - J_t`, so that the two together are the plant. The plant's viscous friction stays at the motor.
@@ -19,7 +19,7 @@ use crate::servo::{Drive, Plant, ServoError};
 /// text on two-mass drives.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct TwoMass {
-    /// Table mass `m` \[kg\], positive.
+    /// LookupTable mass `m` \[kg\], positive.
     pub table_mass_kg: f64,
     /// Stiffness `k` of screw, nut and bearings along the axis \[N/µm\], positive.
     pub stiffness_n_um: f64,
@@ -103,7 +103,7 @@ impl Backlash {
 
 /// Pitch error of the screw: the table stands at `x + e(x) - e(x_0)` where the screw should have taken it to `x`.
 ///
-/// `x_0` is where the axis starts: it has been homed there, scale and screw agree. As a remedy the command is shifted by
+/// `x_0` is where the axis starts: it has been homed there, scale and screw agree. As a compensation the command is shifted by
 /// `-(e(x_com) - e(x_0))`, from the same `x_0`: the exact table leaves what the slope of `e` times `e` is.
 ///
 /// An encoder at the motor does not see it; a scale at the table does.
@@ -112,7 +112,7 @@ impl Backlash {
 #[derive(Debug, Clone, PartialEq)]
 pub struct PitchError {
     /// `e` \[µm\] over the position `x` \[mm\], straight lines between the points; repeating every lead where it has a period.
-    pub error_um: Table,
+    pub error_um: LookupTable,
 }
 
 impl PitchError {

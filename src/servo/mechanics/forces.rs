@@ -3,11 +3,11 @@
 use std::f64::consts::{FRAC_1_PI, PI};
 
 use crate::servo::Drive;
-use crate::servo::effects::{CuttingForce, Effects, Friction, Table, bell};
+use crate::servo::effects::{CuttingForce, Effects, Friction, LookupTable, bell};
 
 /// Which friction.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) enum Rub {
+pub(super) enum FrictionModel {
     None,
     Coulomb,
     LuGre,
@@ -32,7 +32,7 @@ struct Waves {
 /// What the nonlinear torques are computed from.
 #[derive(Debug, Clone)]
 pub(super) struct Forces {
-    pub(super) rub: Rub,
+    pub(super) friction_model: FrictionModel,
     pub(super) static_nm: f64,
     coulomb: f64,
     /// Static less Coulomb friction.
@@ -81,10 +81,10 @@ impl Forces {
             _ => (0.0, 0.0),
         };
         Self {
-            rub: match effects.friction {
-                None => Rub::None,
-                Some(Friction::Coulomb(_)) => Rub::Coulomb,
-                Some(Friction::LuGre(_)) => Rub::LuGre,
+            friction_model: match effects.friction {
+                None => FrictionModel::None,
+                Some(Friction::Coulomb(_)) => FrictionModel::Coulomb,
+                Some(Friction::LuGre(_)) => FrictionModel::LuGre,
             },
             static_nm: curve.map_or(0.0, |curve| curve.static_nm),
             coulomb: curve.map_or(0.0, |curve| curve.coulomb_nm),
@@ -110,7 +110,7 @@ impl Forces {
     }
 
     pub(super) fn act_on_table(&self) -> bool {
-        self.rub != Rub::None || self.force.is_some()
+        self.friction_model != FrictionModel::None || self.force.is_some()
     }
 
     /// Ripple \[N m\], its slope \[N m/rad\] and curvature \[N m/rad²\] at a motor angle from the start.
@@ -135,7 +135,7 @@ impl Forces {
     /// Cutting force as a torque, at a time or a place.
     #[inline(always)]
     pub(super) fn force(&self, time_s: f64, place: f64, near: &mut usize) -> Force {
-        let (table, x, scale): (&Table, f64, f64) = match &self.force {
+        let (table, x, scale): (&LookupTable, f64, f64) = match &self.force {
             None => return Force::default(),
             Some(CuttingForce::OverTime(table)) => (table, time_s, 1.0),
             Some(CuttingForce::OverPosition(table)) => (table, place.mul_add(self.mm_rad, self.start_mm), self.mm_rad),

@@ -5,7 +5,7 @@ use nalgebra::{DMatrix, DVector};
 use super::grid::{Linear, MOTOR, PLACE, Step, TABLE, TORQUE, TWIST};
 use super::{AxisParameters, Effects};
 
-/// One control period of a machine without friction but its viscous part, play, ripple and force: with the voltage `u₁` up to the switch
+/// One control period of a machine without friction but its viscous part, backlash, ripple and force: with the voltage `u₁` up to the switch
 /// and `u₂` from there on, `z += step z + before u₁ + after u₂`. States that the machine does not have are left out.
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) struct LinearMachine {

@@ -8,7 +8,7 @@
 //!
 //! Events end a step: the table comes to rest, breaks away, meets or leaves a side of the gap. A step in which one happens is cut
 //! where a cubic says that it did, to a 32nd of the whole; then the machine changes its mode, and what the other mode's torque would
-//! have done since then is made up for. Linear modes: table free to move or stuck, screw in contact or in the gap.
+//! have done since then is made up for. Linear modes: table free to move or stuck, screw in contact or in the backlash.
 //!
 //! Nearly every period is one step, its voltages with it; one in which something happens, or that was foreseen badly, is taken
 //! apart ([`motion`]).
@@ -18,7 +18,7 @@ mod grid;
 mod linear;
 mod motion;
 
-use self::forces::{Bristle, Force, Forces, Rub};
+use self::forces::{Bristle, Force, Forces, FrictionModel};
 use self::grid::{ANGLE, Column, LANES, Linear, MOTOR, PLACE, SPRING, Step, TABLE, TICKS, TORQUE, TWIST};
 pub(crate) use self::linear::LinearMachine;
 use super::AxisParameters;
@@ -35,7 +35,7 @@ struct Part {
     /// Where it begins in the period \[s\].
     begin_s: f64,
     tick_s: f64,
-    /// Exact steps by mode, over 1, 2, … ticks: free in the gap or not (2), stuck or not (1).
+    /// Exact steps by mode, over 1, 2, … ticks: free in the backlash or not (2), stuck or not (1).
     grids: [Vec<Step>; 4],
 }
 
@@ -51,7 +51,7 @@ pub(super) struct State {
     direction: f64,
     /// Bristles of the friction.
     bristle: Bristle,
-    /// Table behind a kinematic gap \[rad\].
+    /// LookupTable behind a kinematic gap \[rad\].
     follower: f64,
     /// Ripple \[N m\], its slope \[N m/rad\] and curvature \[N m/rad²\]; friction \[N m\], its derivative by the
     /// speed \[N m s/rad\], and the rate of bristles \[N m/s\]; force.
@@ -150,7 +150,7 @@ impl Machine {
         let half_gap = effects.backlash.map_or(0.0, |backlash| 0.5e-3 * backlash.gap_um / r_g);
         let flexible = linear.table_inertia.is_some();
         let gapped = flexible && half_gap > 0.0;
-        let sticks = matches!(forces.rub, Rub::Coulomb);
+        let sticks = matches!(forces.friction_model, FrictionModel::Coulomb);
         let part = |begin_s: f64, length_s: f64| {
             let swings = if gapped || sticks { (resonance * length_s / SWING).ceil() } else { 1.0 };
             let share = (f64::from(effects.integration.substeps) * length_s / period_s).ceil();
@@ -204,7 +204,7 @@ impl Machine {
             follows: half_gap > 0.0 && !flexible,
             loaded: forces.act_on_table(),
             by_place: forces.by_place(),
-            bristles: forces.rub == Rub::LuGre,
+            bristles: forces.friction_model == FrictionModel::LuGre,
             lags: linear.current_rate.is_some(),
             switches,
             turns: sticks || (half_gap > 0.0 && !flexible),
@@ -223,14 +223,14 @@ impl Machine {
     }
 
     /// What can be told of the machine beside its positions, under a voltage; torques at the motor shaft.
-    pub(super) fn tell(&self, voltage: f64) -> Telling {
+    pub(super) fn signals(&self, voltage: f64) -> MachineSignals {
         let state = &self.state;
         let friction_nm = if state.stuck {
             -self.drives(&state.z, voltage, state.ripple[0], state.force.torque)
         } else {
             state.friction - self.linear.table_viscous * state.z[TABLE]
         };
-        Telling {
+        MachineSignals {
             table_rad_s: state.z[TABLE],
             torque_nm: self.torque(&state.z, voltage),
             ripple_nm: state.ripple[0],
@@ -263,7 +263,7 @@ impl Machine {
 }
 
 /// What a machine tells of a state.
-pub(super) struct Telling {
+pub(super) struct MachineSignals {
     /// Speed of the table \[rad/s\] (of the screw, behind a kinematic gap).
     pub(super) table_rad_s: f64,
     /// Torque of the motor without ripple \[N m\].
@@ -276,6 +276,6 @@ pub(super) struct Telling {
     pub(super) force_nm: f64,
     /// Whether the table sticks.
     pub(super) stuck: bool,
-    /// Whether the table floats in the gap.
+    /// Whether the table floats in the backlash.
     pub(super) in_gap: bool,
 }

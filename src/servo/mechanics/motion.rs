@@ -1,6 +1,6 @@
 //! The machine in motion: whole periods where nothing happens, and the search for what does.
 
-use super::forces::{Bristle, Force, Rub};
+use super::forces::{Bristle, Force, FrictionModel};
 use super::grid::{ANGLE, Column, MOTOR, PLACE, SPRING, Step, TABLE, TICKS, TORQUE, TWIST, add};
 use super::{Machine, State};
 use crate::lane::{Kernel, narrow};
@@ -369,7 +369,7 @@ impl Machine {
             // At the foreseen speed, and from there along the tangent.
             let column = &step.table_end[0];
             let gain = column[TABLE];
-            let [friction, steep] = if self.forces.rub == Rub::None || state.stuck {
+            let [friction, steep] = if self.forces.friction_model == FrictionModel::None || state.stuck {
                 [0.0; 2]
             } else {
                 self.forces.slipping(state.direction, foreseen.speed)
@@ -472,7 +472,7 @@ impl Machine {
                 self.derive();
             }
         }
-        if matches!(self.forces.rub, Rub::Coulomb) {
+        if matches!(self.forces.friction_model, FrictionModel::Coulomb) {
             let stops = !self.state.stuck && self.state.direction * self.state.z[TABLE] < 0.0;
             if stops {
                 // What it has gone since then, it has not.

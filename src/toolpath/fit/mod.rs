@@ -34,7 +34,7 @@
 
 mod check;
 mod density;
-mod free;
+mod knot_removal;
 mod knots;
 mod newton;
 mod parameters;
@@ -197,7 +197,7 @@ pub fn fit<const D: usize>(points_mm: &[SVector<f64, D>], options: &FitOptions) 
         Method::Standard => standard::standard(&data),
         Method::Paper => standard::paper(&data),
         Method::Density => density::density(&data),
-        Method::Free => density::density(&data).map(|start| free::free(&data, start)),
+        Method::Free => density::density(&data).map(|start| knot_removal::free(&data, start)),
     };
     let Candidate { spline, parameters } = found.unwrap_or_else(|| polygon(&data));
     let (parameters, error_mm) = check::distances(&spline, data.given(), &data.given_only(&parameters));

@@ -117,7 +117,7 @@ pub enum MeshError {
 
 /// What a mesh is like.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct MeshFacts {
+pub struct MeshStatistics {
     /// Number of triangles.
     pub triangles: usize,
     /// Number of vertices.
@@ -178,7 +178,7 @@ impl Mesh {
     }
 
     /// Counts and bounds; looks at every edge.
-    pub fn facts(&self) -> MeshFacts {
+    pub fn statistics(&self) -> MeshStatistics {
         let mut edges: Vec<(u32, u32)> = Vec::with_capacity(3 * self.triangles.len());
         for &[a, b, c] in &self.triangles {
             edges.extend([(a, b), (b, c), (c, a)].map(|(from, to)| (from.min(to), from.max(to))));
@@ -192,7 +192,7 @@ impl Mesh {
                 _ => crowded_edges += 1,
             }
         }
-        MeshFacts {
+        MeshStatistics {
             triangles: self.triangles.len(),
             vertices: self.vertices.len(),
             dropped: self.dropped,

@@ -40,7 +40,7 @@ use nalgebra::Vector3;
 use rayon::prelude::*;
 
 pub use error::PlanError;
-pub use moves::{Facts, Move, Stretch, ToolPath};
+pub use moves::{Move, Statistics, Stretch, ToolPath};
 pub use rings::PlanRing;
 
 use super::fit::{FitOptions, Method};
@@ -162,7 +162,7 @@ pub fn plan(
     let site = Site::new(surface, cutter, options.scallop_mm, tolerance)?;
     let found = rings::rings(&site, region, options, budget.chord_mm)?;
     let [least_step_mm, largest_step_mm] = found.steps_mm.unwrap_or([0.0; 2]);
-    let mut facts = Facts {
+    let mut statistics = Statistics {
         rings: found.rings.len(),
         path_tolerance_mm: tolerance,
         rounding_mm,
@@ -170,7 +170,7 @@ pub fn plan(
         ridge_mm: found.ridge_mm,
         least_step_mm,
         largest_step_mm,
-        ..Facts::default()
+        ..Statistics::default()
     };
     let mut chains = link::chains(&found.rings, region);
     if options.order == Order::InsideOut {
@@ -179,8 +179,8 @@ pub fn plan(
             chain.rings.reverse();
         }
     }
-    facts.chains = chains.len();
-    facts.air_moves = chains.len().saturating_sub(1);
+    statistics.chains = chains.len();
+    statistics.air_moves = chains.len().saturating_sub(1);
     let lines: Vec<(usize, Line)> = chains
         .iter()
         .enumerate()
@@ -205,11 +205,11 @@ pub fn plan(
             before = None;
             current = Some(*chain);
         }
-        facts.add(&laid);
+        statistics.add(&laid);
         if line.smooth_before
             && let Some((_, direction)) = before
         {
-            facts.tangent_jump_rad = facts.tangent_jump_rad.max(direction.angle(&laid.directions[0]));
+            statistics.tangent_jump_rad = statistics.tangent_jump_rad.max(direction.angle(&laid.directions[0]));
         }
         before = Some((*chain, laid.directions[1]));
         moves.push(match line.level {
@@ -222,11 +222,11 @@ pub fn plan(
     for motion in &moves {
         let end = motion.end_mm();
         if let (Some(at), Move::Rapid { .. } | Move::Plunge { .. } | Move::Retract { .. }) = (at, motion) {
-            facts.air_length_mm += (end - at).norm();
+            statistics.air_length_mm += (end - at).norm();
         }
         at = Some(end);
     }
-    Ok(ToolPath { moves, rings: found.rings, facts })
+    Ok(ToolPath { moves, rings: found.rings, statistics })
 }
 
 fn rise(moves: &mut Vec<Move>, height: f64) {
@@ -304,7 +304,7 @@ impl Laid {
     }
 }
 
-impl Facts {
+impl Statistics {
     fn add(&mut self, laid: &Laid) {
         let Stretch { curve, straight_mm } = &laid.stretch;
         self.control_points += curve.control_points_mm().len();

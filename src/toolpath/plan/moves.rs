@@ -66,13 +66,13 @@ pub struct ToolPath {
     pub moves: Vec<Move>,
     /// The rings in plan.
     pub rings: Vec<PlanRing>,
-    /// Figures.
-    pub facts: Facts,
+    /// Metrics.
+    pub statistics: Statistics,
 }
 
-/// Figures of a tool path.
+/// Metrics of a tool path.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
-pub struct Facts {
+pub struct Statistics {
     /// Rings.
     pub rings: usize,
     /// Stretches on the surface without a break.

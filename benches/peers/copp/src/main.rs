@@ -148,7 +148,7 @@ fn theirs(path: &PhSpline, n: usize, velocity: f64, acceleration: f64, jerk: f64
     Ok((before, ROUNDS))
 }
 
-/// Points about 10 mm apart on a course whose direction swings without repeating itself.
+/// Points about 10 mm apart on a trajectory whose direction swings without repeating itself.
 fn wandering(count: u32) -> Vec<Vector2<f64>> {
     let mut point = Vector2::zeros();
     (0..count)

@@ -2,8 +2,8 @@
 
 use super::super::super::axis::{Axis, Range};
 use super::super::super::curve::Frame;
+use super::super::super::figure::{Anchor, BORDER, Colour, Figure, LineStyle, TextFormat};
 use super::super::super::font;
-use super::super::super::sheet::{Anchor, BORDER, Colour, Lettering, Pen, Sheet};
 
 /// Viridis (S. van der Walt and N. Smith 2015, matplotlib, CC0) at nine even steps: lightness rises evenly, also for
 /// colour-blind readers.
@@ -23,7 +23,7 @@ const VIRIDIS: [Colour; 9] = [
 const STEPS: u8 = 96;
 
 const BAR_PX: f64 = 18.0;
-/// Room that the bar takes with its labels, right of the panel.
+/// Room that the bar takes with its labels, right of the subplot.
 pub(in super::super) const ROOM_PX: f64 = 122.0;
 
 /// A colour between neighbours of a row, at a share from 0 to 1 of it.
@@ -38,7 +38,7 @@ pub(in super::super) fn mixed<const N: usize>(nodes: &[Colour; N], share: f64) -
     (mix(a.0, b.0), mix(a.1, b.1), mix(a.2, b.2))
 }
 
-/// From the figure to a colour.
+/// From the metric to a colour.
 pub(in super::super) struct Scale {
     axis: Axis,
     /// Steps of the colours that are used.
@@ -81,28 +81,28 @@ impl Scale {
         mixed(&VIRIDIS, f64::from(step) / f64::from(STEPS - 1))
     }
 
-    /// The bar, right of a panel.
-    pub(in super::super) fn draw(&self, sheet: &mut Sheet, panel: &Frame, quantity: &str, unit: &str) {
-        let left = panel.right + 22.0;
-        let frame = Frame { left, right: left + BAR_PX, ..*panel };
+    /// The bar, right of a subplot.
+    pub(in super::super) fn draw(&self, figure: &mut Figure, subplot: &Frame, quantity: &str, unit: &str) {
+        let left = subplot.right + 22.0;
+        let frame = Frame { left, right: left + BAR_PX, ..*subplot };
         let at = |share: f64| frame.bottom - share * frame.height();
         for step in 0..self.steps {
             let (low, high) = (f64::from(step) / f64::from(self.steps), f64::from(step + 1) / f64::from(self.steps));
             // Down to the bottom: what the next one does not cover shows no seam.
             let part = Frame { top: at(high), bottom: (at(low) + 1.0).min(frame.bottom), ..frame };
-            sheet.rectangle(&part, Self::colour(step));
+            figure.rectangle(&part, Self::colour(step));
         }
         let Frame { left, right, top, bottom } = frame;
-        let pen = Pen::solid(BORDER, 1.0);
-        sheet.line(&[(left, top), (right, top), (right, bottom), (left, bottom), (left, top)], pen);
+        let line_style = LineStyle::solid(BORDER, 1.0);
+        figure.line(&[(left, top), (right, top), (right, bottom), (left, bottom), (left, top)], line_style);
         for tick in &self.axis.ticks {
             let y = at(self.axis.share(tick.value));
-            sheet.line(&[(right, y), (right + 4.0, y)], pen);
-            sheet.text(Lettering::new((right + 8.0, y), tick.label.as_str(), 12.5, Anchor::Left));
+            figure.line(&[(right, y), (right + 4.0, y)], line_style);
+            figure.text(TextFormat::new((right + 8.0, y), tick.label.as_str(), 12.5, Anchor::Left));
         }
         let labels = self.axis.ticks.iter().map(|tick| font::width_px(&tick.label, 12.5)).fold(0.0, f64::max);
         let middle = (right + 8.0 + labels + 14.0, 0.5 * (top + bottom));
         let title = self.axis.title(quantity, unit);
-        sheet.text(Lettering { upwards: true, ..Lettering::new(middle, title, 14.0, Anchor::Middle) });
+        figure.text(TextFormat { upwards: true, ..TextFormat::new(middle, title, 14.0, Anchor::Middle) });
     }
 }

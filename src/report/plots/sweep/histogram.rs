@@ -1,9 +1,9 @@
-//! How often the figure takes which value.
+//! How often the metric takes which value.
 
 use super::super::super::axis::{Axis, Range};
 use super::super::super::curve::{Dash, Frame};
-use super::super::super::panel::{Entry, Panel, gutter, stack, x_axis, y_axis};
-use super::super::super::sheet::{INK, Pen, RUN_COLOURS, Sheet, WHITE};
+use super::super::super::figure::{Figure, INK, LineStyle, RUN_COLOURS, WHITE};
+use super::super::super::subplot::{Entry, Subplot, gutter, stack, x_axis, y_axis};
 use super::super::super::sweep::{SweepPicture, SweepPlot};
 use super::{heading, with_unit};
 
@@ -13,9 +13,9 @@ const WIDE: f64 = 50.0;
 const BEYOND: f64 = 3.0;
 
 #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss)] // bins are few
-pub(super) fn sheet(picture: &SweepPicture) -> Sheet {
-    let mut sheet = Sheet::default();
-    let SweepPlot::Histogram { values, percentiles } = &picture.plot else { return sheet };
+pub(super) fn figure(picture: &SweepPicture) -> Figure {
+    let mut figure = Figure::default();
+    let SweepPlot::Histogram { values, percentiles } = &picture.plot else { return figure };
     let mut head = heading(picture);
     let rare = percentiles.last().map_or(f64::INFINITY, |(_, value)| *value);
     let smallest = values.first().copied().unwrap_or(0.0);
@@ -23,18 +23,18 @@ pub(super) fn sheet(picture: &SweepPicture) -> Sheet {
     let is_shown = |value: f64| value <= BEYOND * rare || logarithmic;
     let range = Range::of(values.iter().copied().filter(|value| is_shown(*value)));
     let beyond = values.iter().filter(|value| !is_shown(**value)).count();
-    let pens = [[4.0, 3.0], [30.0, 0.1], [9.0, 4.0], [2.0, 2.0]]
-        .map(|[on, off]| Pen { dash: (off > 1.0).then_some(Dash::new(on, off)), ..Pen::solid(INK, 1.5) });
-    for ((percent, value), pen) in percentiles.iter().zip(pens) {
-        head.legend.push(Entry::line(pen, format!("{percent} %: {}", with_unit(picture, *value))));
+    let line_styles = [[4.0, 3.0], [30.0, 0.1], [9.0, 4.0], [2.0, 2.0]]
+        .map(|[on, off]| LineStyle { dash: (off > 1.0).then_some(Dash::new(on, off)), ..LineStyle::solid(INK, 1.5) });
+    for ((percent, value), line_style) in percentiles.iter().zip(line_styles) {
+        head.legend.push(Entry::line(line_style, format!("{percent} %: {}", with_unit(picture, *value))));
     }
     if let Some(largest) = values.last() {
         let beyond = if beyond > 0 { format!(" ({beyond} beyond the right end)") } else { String::new() };
         head.subtitle = format!("{}; largest {}{beyond}", head.subtitle, with_unit(picture, *largest));
     }
-    let space = head.draw(&mut sheet);
+    let space = head.draw(&mut figure);
     if range.is_empty() {
-        return sheet;
+        return figure;
     }
 
     // Scott's rule would follow the spread; a fixed number in view is easier to compare.
@@ -57,25 +57,25 @@ pub(super) fn sheet(picture: &SweepPicture) -> Sheet {
     let most = counts.iter().copied().max().unwrap_or(0) as f64;
     let y = y_axis(Range { low: 0.0, high: 1.06 * most.max(1.0) }, space.height(), true);
     let gutter = gutter(&[&y]);
-    let Some(frame) = stack(&space, &[&y], 0.0).pop() else { return sheet };
-    let panel = Panel::new(frame, axis(frame.width()), y);
-    panel.grid(&mut sheet);
+    let Some(frame) = stack(&space, &[&y], 0.0).pop() else { return figure };
+    let subplot = Subplot::new(frame, axis(frame.width()), y);
+    subplot.grid(&mut figure);
     let width = frame.width() / bins as f64;
     for (bin, count) in counts.iter().enumerate().filter(|(_, count)| **count > 0) {
         let left = frame.left + bin as f64 * width;
-        let top = panel.at(0.0, *count as f64).1;
+        let top = subplot.at(0.0, *count as f64).1;
         let bar = Frame { left, top, right: left + width, bottom: frame.bottom };
-        sheet.rectangle(&bar, WHITE);
-        sheet.rectangle(&Frame { left: left + 0.5, right: left + width - 0.5, ..bar }, RUN_COLOURS[0]);
+        figure.rectangle(&bar, WHITE);
+        figure.rectangle(&Frame { left: left + 0.5, right: left + width - 0.5, ..bar }, RUN_COLOURS[0]);
     }
-    for ((_, value), pen) in percentiles.iter().zip(pens) {
-        let x = panel.at(*value, 0.0).0;
+    for ((_, value), line_style) in percentiles.iter().zip(line_styles) {
+        let x = subplot.at(*value, 0.0).0;
         if (frame.left..=frame.right).contains(&x) {
-            sheet.line(&[(x, frame.top), (x, frame.bottom)], pen);
+            figure.line(&[(x, frame.top), (x, frame.bottom)], line_style);
         }
     }
-    panel.border(&mut sheet, true, true);
-    panel.x_title(&mut sheet, picture.figure, picture.unit);
-    panel.y_title(&mut sheet, gutter, "points", "");
-    sheet
+    subplot.border(&mut figure, true, true);
+    subplot.x_title(&mut figure, picture.metric, picture.unit);
+    subplot.y_title(&mut figure, gutter, "points", "");
+    figure
 }

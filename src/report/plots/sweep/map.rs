@@ -1,9 +1,9 @@
-//! The figure over two variables: cells of a grid, or scattered dots.
+//! The metric over two variables: cells of a grid, or scattered dots.
 
-use super::super::super::axis::{Axis, Range, figure};
+use super::super::super::axis::{Axis, Range, significant};
 use super::super::super::curve::Frame;
-use super::super::super::panel::{Panel, gutter, y_axis};
-use super::super::super::sheet::{INK, Sheet, WHITE};
+use super::super::super::figure::{Figure, INK, WHITE};
+use super::super::super::subplot::{Subplot, gutter, y_axis};
 use super::super::super::sweep::{SweepAxis, SweepCell, SweepPicture, SweepPlot};
 use super::colour::{ROOM_PX, Scale};
 use super::{BEST, LOCKED, MISSING, OWN, across, heading, marker, missing_entries, ring_entry, with_unit};
@@ -35,24 +35,28 @@ fn parts(plot: &SweepPlot) -> Option<Parts<'_>> {
     }
 }
 
-pub(super) fn sheet(picture: &SweepPicture) -> Sheet {
-    let mut sheet = Sheet::default();
-    let Some(Parts { axes, ranges, own, best, cells }) = parts(&picture.plot) else { return sheet };
+pub(super) fn figure(picture: &SweepPicture) -> Figure {
+    let mut figure = Figure::default();
+    let Some(Parts { axes, ranges, own, best, cells }) = parts(&picture.plot) else { return figure };
     let mut head = heading(picture);
     if matches!(&picture.plot, SweepPlot::Map { shared: true, .. }) {
         head.subtitle.push_str("; a cell shows the worst of several points");
     }
     let is_inside = |at: [f64; 2]| [0, 1].iter().all(|&i| (ranges[i].low..=ranges[i].high).contains(&at[i]));
     if let Some((at, value)) = best {
-        let text = format!("best: {} at ({}, {})", with_unit(picture, value), figure(at[0], 5), figure(at[1], 5));
+        let text =
+            format!("best: {} at ({}, {})", with_unit(picture, value), significant(at[0], 5), significant(at[1], 5));
         head.legend.push(ring_entry(BEST, text));
     }
     if let Some(at) = own {
         let beyond = if is_inside(at) { "" } else { ", outside" };
-        head.legend.push(ring_entry(OWN, format!("the scenario ({}, {}){beyond}", figure(at[0], 5), figure(at[1], 5))));
+        head.legend.push(ring_entry(
+            OWN,
+            format!("the scenario ({}, {}){beyond}", significant(at[0], 5), significant(at[1], 5)),
+        ));
     }
     head.legend.extend(missing_entries(cells.iter().copied()));
-    let space = head.draw(&mut sheet);
+    let space = head.draw(&mut figure);
 
     let y = if axes[1].logarithmic {
         Axis::logarithmic_within(ranges[1], space.height(), 45.0)
@@ -61,48 +65,48 @@ pub(super) fn sheet(picture: &SweepPicture) -> Sheet {
     };
     let gutter = gutter(&[&y]);
     let frame = Frame { left: space.left + gutter, right: space.right - ROOM_PX, ..space };
-    let panel = Panel::new(frame, across(ranges[0], frame.width(), axes[0].logarithmic), y);
-    let values = cells.iter().filter_map(|cell| if let SweepCell::Figure(value) = cell { Some(*value) } else { None });
+    let subplot = Subplot::new(frame, across(ranges[0], frame.width(), axes[0].logarithmic), y);
+    let values = cells.iter().filter_map(|cell| if let SweepCell::Metric(value) = cell { Some(*value) } else { None });
     let scale = Scale::of(values, frame.height());
 
     match &picture.plot {
-        SweepPlot::Map { edges, cells, .. } => draw_cells(&mut sheet, &panel, &scale, edges, cells),
+        SweepPlot::Map { edges, cells, .. } => draw_cells(&mut figure, &subplot, &scale, edges, cells),
         SweepPlot::Scatter { points, .. } => {
-            panel.grid(&mut sheet);
+            subplot.grid(&mut figure);
             let radius = if points.len() > 1000 { 2.6 } else { 4.0 };
             for (point, cell) in points {
                 let Some(colour) = colour(&scale, *cell) else { continue };
-                let at = panel.at(point[0], point[1]);
+                let at = subplot.at(point[0], point[1]);
                 // A thin dark rim keeps the light colours visible on white.
-                sheet.dot(at, radius, INK);
-                sheet.dot(at, radius - 0.5, colour);
+                figure.dot(at, radius, INK);
+                figure.dot(at, radius - 0.5, colour);
             }
         }
         _ => {}
     }
-    panel.border(&mut sheet, true, true);
-    panel.x_title(&mut sheet, &axes[0].title, "");
-    panel.y_title(&mut sheet, gutter, &axes[1].title, "");
-    scale.draw(&mut sheet, &frame, picture.figure, picture.unit);
+    subplot.border(&mut figure, true, true);
+    subplot.x_title(&mut figure, &axes[0].title, "");
+    subplot.y_title(&mut figure, gutter, &axes[1].title, "");
+    scale.draw(&mut figure, &frame, picture.metric, picture.unit);
     for (at, colour) in [(own.filter(|at| is_inside(*at)), OWN), (best.map(|(at, _)| at), BEST)] {
         if let Some(at) = at {
-            marker(&mut sheet, panel.at(at[0], at[1]), colour);
+            marker(&mut figure, subplot.at(at[0], at[1]), colour);
         }
     }
-    sheet
+    figure
 }
 
 fn colour(scale: &Scale, cell: SweepCell) -> Option<(u8, u8, u8)> {
     match cell {
         SweepCell::Empty => None,
-        SweepCell::Figure(value) => Some(Scale::colour(scale.step(value))),
+        SweepCell::Metric(value) => Some(Scale::colour(scale.step(value))),
         SweepCell::LockedUp => Some(LOCKED),
         SweepCell::Missing => Some(MISSING),
     }
 }
 
 /// Cells row by row, neighbours of one colour together; each reaches under the next, so that no seam shows.
-fn draw_cells(sheet: &mut Sheet, panel: &Panel, scale: &Scale, edges: &[Vec<f64>; 2], cells: &[SweepCell]) {
+fn draw_cells(figure: &mut Figure, subplot: &Subplot, scale: &Scale, edges: &[Vec<f64>; 2], cells: &[SweepCell]) {
     let Some(width) = edges[0].len().checked_sub(1).filter(|width| *width > 0) else { return };
     for (row, bounds) in cells.chunks(width).zip(edges[1].windows(2)).rev() {
         let colours: Vec<_> = row.iter().map(|cell| colour(scale, *cell).unwrap_or(WHITE)).collect();
@@ -111,14 +115,14 @@ fn draw_cells(sheet: &mut Sheet, panel: &Panel, scale: &Scale, edges: &[Vec<f64>
             let (from, to) = (edges[0].get(start), edges[0].get(start + run.len()));
             start += run.len();
             if let (Some(from), Some(to), Some(colour)) = (from, to, run.first()) {
-                let ((left, top), (right, bottom)) = (panel.at(*from, bounds[1]), panel.at(*to, bounds[0]));
+                let ((left, top), (right, bottom)) = (subplot.at(*from, bounds[1]), subplot.at(*to, bounds[0]));
                 let frame = Frame {
                     left,
                     top,
-                    right: (right + 0.5).min(panel.frame.right),
-                    bottom: (bottom + 0.5).min(panel.frame.bottom),
+                    right: (right + 0.5).min(subplot.frame.right),
+                    bottom: (bottom + 0.5).min(subplot.frame.bottom),
                 };
-                sheet.rectangle(&frame, *colour);
+                figure.rectangle(&frame, *colour);
             }
         }
     }

@@ -5,15 +5,15 @@ mod curve;
 mod histogram;
 mod map;
 
-use super::super::axis::{Axis, Range, figure};
+use super::super::axis::{Axis, Range, significant};
 use super::super::curve::Px;
-use super::super::panel::{Entry, Heading, Symbol, TITLE_EM, x_axis};
-use super::super::sheet::{Colour, INK, Sheet, VERMILLION, WHITE};
+use super::super::figure::{Colour, Figure, INK, VERMILLION, WHITE};
+use super::super::subplot::{Entry, Heading, Symbol, TITLE_EM, x_axis};
 use super::super::sweep::{SweepCell, SweepPicture, SweepPlot};
 use super::{capital, printable};
 use crate::report::font;
 
-/// Cells of loops that locked up, and of points without a figure: no colour of the scale.
+/// Cells of loops that locked up, and of points without a metric: no colour of the scale.
 const LOCKED: Colour = (128, 128, 128);
 const MISSING: Colour = (222, 222, 222);
 
@@ -21,11 +21,11 @@ const MISSING: Colour = (222, 222, 222);
 const OWN: Colour = INK;
 const BEST: Colour = VERMILLION;
 
-pub(in super::super) fn sheet(picture: &SweepPicture) -> Sheet {
+pub(in super::super) fn figure(picture: &SweepPicture) -> Figure {
     match &picture.plot {
-        SweepPlot::Map { .. } | SweepPlot::Scatter { .. } => map::sheet(picture),
-        SweepPlot::Curve { .. } => curve::sheet(picture),
-        SweepPlot::Histogram { .. } => histogram::sheet(picture),
+        SweepPlot::Map { .. } | SweepPlot::Scatter { .. } => map::figure(picture),
+        SweepPlot::Curve { .. } => curve::figure(picture),
+        SweepPlot::Histogram { .. } => histogram::figure(picture),
     }
 }
 
@@ -38,18 +38,18 @@ fn heading(picture: &SweepPicture) -> Heading {
     };
     let name = font::shortened(&printable(&picture.name), TITLE_EM, 500.0);
     Heading {
-        title: format!("{name}: {}{over}", picture.figure),
-        subtitle: capital(&picture.facts),
+        title: format!("{name}: {}{over}", picture.metric),
+        subtitle: capital(&picture.caption),
         ..Heading::default()
     }
 }
 
-/// A value of the figure with its unit.
+/// A value of the metric with its unit.
 fn with_unit(picture: &SweepPicture, value: f64) -> String {
-    format!("{} {}", figure(value, 4), picture.unit).trim_end().to_owned()
+    format!("{} {}", significant(value, 4), picture.unit).trim_end().to_owned()
 }
 
-/// Legend entries for what has no figure.
+/// Legend entries for what has no metric.
 fn missing_entries(cells: impl Iterator<Item = SweepCell>) -> Vec<Entry> {
     let (mut locked, mut missing) = (false, false);
     for cell in cells {
@@ -59,7 +59,7 @@ fn missing_entries(cells: impl Iterator<Item = SweepCell>) -> Vec<Entry> {
     let entry = |colour, text: &str| Entry { symbol: Symbol::Area(colour), text: text.to_owned() };
     let mut entries = Vec::new();
     entries.extend(locked.then(|| entry(LOCKED, "locked up")));
-    entries.extend(missing.then(|| entry(MISSING, "no figure (invalid, diverged)")));
+    entries.extend(missing.then(|| entry(MISSING, "no metric (invalid, diverged)")));
     entries
 }
 
@@ -68,9 +68,9 @@ fn ring_entry(colour: Colour, text: String) -> Entry {
 }
 
 /// A ring that can be seen on every colour.
-fn marker(sheet: &mut Sheet, at: Px, colour: Colour) {
-    sheet.dot(at, 7.0, WHITE);
-    sheet.ring(at, 6.0, 2.2, colour);
+fn marker(figure: &mut Figure, at: Px, colour: Colour) {
+    figure.dot(at, 7.0, WHITE);
+    figure.ring(at, 6.0, 2.2, colour);
 }
 
 /// An axis across that ends where its values do.
