@@ -36,6 +36,7 @@ pub(crate) fn bench(quick: bool) {
         jerk_mm_s3: 50_000.0,
         lateral_accel_mm_s2: 1000.0,
         corner_velocity_step_mm_s: 5.0,
+        junction_accel_step_mm_s2: 50.0,
     };
     let rounds = if quick { 1 } else { 5 };
     let scale = if quick { 0.01 } else { 1.0 };

@@ -15,13 +15,18 @@ pub struct Machine {
     pub rapid_mm_s: f64,
     /// Largest acceleration along the path \[mm/s²\].
     pub accel_mm_s2: f64,
-    /// Largest jerk along the path \[mm/s³\].
+    /// Largest jerk along the path, and of the vector at constant feed, `v³ |dκ/ds|` \[mm/s³\]: curves are slowed down to it. While the feed
+    /// changes in a curve, `3 v a κ` comes on top across the path.
     pub jerk_mm_s3: f64,
     /// Largest acceleration across the path, `v² κ` \[mm/s²\]: curves are slowed down to it.
     pub lateral_accel_mm_s2: f64,
     /// Largest jump of the velocity vector at a corner \[mm/s\]: with the angle `θ` between the tangents it is passed at
     /// `v ≤ step/(2 sin(θ/2))`. With 0 the tool stops at every corner.
     pub corner_velocity_step_mm_s: f64,
+    /// Largest jump of the acceleration vector where the curvature jumps, such as from a line into its tangent arc \[mm/s²\]: with the
+    /// difference `Δκ` of the curvature vectors it is passed at `v ≤ √(step/|Δκ|)`. `jerk_mm_s3 · period_s` keeps the jerk limit over
+    /// one control period.
+    pub junction_accel_step_mm_s2: f64,
 }
 
 impl Machine {
@@ -39,6 +44,7 @@ impl Machine {
             ("accel_mm_s2", self.accel_mm_s2),
             ("jerk_mm_s3", self.jerk_mm_s3),
             ("lateral_accel_mm_s2", self.lateral_accel_mm_s2),
+            ("junction_accel_step_mm_s2", self.junction_accel_step_mm_s2),
         ] {
             if !(1e-6..=1e9).contains(&value) {
                 return Err(ProgramError::Machine { name, value, needed: "between 1e-6 and 1e9" });

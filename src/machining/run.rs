@@ -55,6 +55,7 @@ pub struct ProgramPeriod {
 ///     jerk_mm_s3: 50_000.0,
 ///     lateral_accel_mm_s2: 1000.0,
 ///     corner_velocity_step_mm_s: 5.0,
+///     junction_accel_step_mm_s2: 50.0,
 /// };
 /// let statistics = ProgramStatistics::of(read(), &machine)?;
 /// assert_eq!((statistics.blocks.linear, statistics.blocks.arc, statistics.blocks.rapid), (3, 1, 2));

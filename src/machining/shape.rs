@@ -42,6 +42,23 @@ impl Shape {
             }
         }
     }
+
+    /// Arc lengths where its tangent or its curvature jumps \[mm\], those at its ends left out.
+    pub fn curvature_jumps_mm(&self) -> &[f64] {
+        match self {
+            Self::Line(_) | Self::Helix(_) => &[],
+            Self::Nurbs(nurbs) => nurbs.curvature_jumps_mm(),
+        }
+    }
+
+    /// Upper bound of the third derivative with respect to arc length between two arc lengths \[1/mm²\].
+    pub fn curvature_rate_bound_1_mm2(&self, from_mm: f64, to_mm: f64) -> f64 {
+        match self {
+            Self::Line(_) => 0.0,
+            Self::Helix(helix) => helix.curvature_rate_bound_1_mm2(from_mm, to_mm),
+            Self::Nurbs(nurbs) => nurbs.curvature_rate_bound_1_mm2(from_mm, to_mm),
+        }
+    }
 }
 
 impl Path<3> for Shape {

@@ -100,6 +100,20 @@ impl Helix {
         self.radius
     }
 
+    /// Upper bound of `|k'|`, the third derivative with respect to arc length, between two arc lengths \[1/mm²\]: the jerk at a
+    /// constant feed `v` is `v³ |k'|`. Of a helix it is `ρ/(ρ² + c²)^(3/2)`; where the radius changes it is largest at an end.
+    pub fn curvature_rate_bound_1_mm2(&self, from_mm: f64, to_mm: f64) -> f64 {
+        if self.radial == 0.0 {
+            let square = self.radius * self.radius + self.climb * self.climb;
+            return self.radius / (square * square.sqrt());
+        }
+        let mut cursor = Cursor::default();
+        [from_mm, 0.5 * (from_mm + to_mm), to_mm]
+            .map(|s| self.at(s, &mut cursor).curvature_rate_1_mm2.norm())
+            .into_iter()
+            .fold(0.0, f64::max)
+    }
+
     fn speed(&self, theta: f64) -> f64 {
         let rho = self.radius + self.radial * theta;
         (rho * rho + self.radial * self.radial + self.climb * self.climb).sqrt()
@@ -177,19 +191,7 @@ impl Helix {
         }
         let first = plane(m, rho, self.climb);
         let (second, third) = (plane(-rho, 2.0 * m, 0.0), plane(-3.0 * m, -rho, 0.0));
-        let inverse = 1.0 / first.norm();
-        let tangent = first * inverse;
-        let speed1 = tangent.dot(&second);
-        let t1 = (second - tangent * speed1) * inverse;
-        let speed2 = t1.dot(&second) + tangent.dot(&third);
-        let t2 = (third - t1 * (2.0 * speed1) - tangent * speed2) * inverse;
-        Frame {
-            s_mm,
-            point_mm,
-            tangent,
-            curvature_1_mm: t1 * inverse,
-            curvature_rate_1_mm2: (t2 - t1 * (speed1 * inverse)) * (inverse * inverse),
-        }
+        Frame::of_derivatives(s_mm, point_mm, [first, second, third])
     }
 }
 
@@ -293,6 +295,8 @@ mod tests {
                 let error = (rate - here.curvature_rate_1_mm2).norm();
                 assert!(error < kappa * omega * fine + 1e-12 * kappa / h, "case {case} s {s}: {error}");
                 assert!(kappa <= helix.curvature_bound_1_mm(s - h, s + h) * (1.0 + 1e-12), "case {case} s {s}");
+                let (size, bound) = (here.curvature_rate_1_mm2.norm(), helix.curvature_rate_bound_1_mm2(s - h, s + h));
+                assert!(size <= bound * (1.0 + 1e-12) && bound <= 1.01 * size, "case {case} s {s}: {size} {bound}");
             }
         }
     }

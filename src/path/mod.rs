@@ -111,6 +111,28 @@ pub struct Frame<const D: usize> {
     pub curvature_rate_1_mm2: SVector<f64, D>,
 }
 
+impl<const D: usize> Frame<D> {
+    /// The frame of a curve with the point `r` and three derivatives with respect to any parameter, the first of them not 0.
+    ///
+    /// With `σ = |r'|`: `t = r'/σ`, `k = t'/σ`, `k' = (t''/σ - t' σ'/σ²)/σ`, where the primes on `t` and `σ` are those of the parameter.
+    #[inline]
+    fn of_derivatives(s_mm: f64, point_mm: SVector<f64, D>, [r1, r2, r3]: [SVector<f64, D>; 3]) -> Self {
+        let inverse = 1.0 / r1.norm();
+        let tangent = r1 * inverse;
+        let speed1 = tangent.dot(&r2);
+        let t1 = (r2 - tangent * speed1) * inverse;
+        let speed2 = t1.dot(&r2) + tangent.dot(&r3);
+        let t2 = (r3 - t1 * (2.0 * speed1) - tangent * speed2) * inverse;
+        Self {
+            s_mm,
+            point_mm,
+            tangent,
+            curvature_1_mm: t1 * inverse,
+            curvature_rate_1_mm2: (t2 - t1 * (speed1 * inverse)) * (inverse * inverse),
+        }
+    }
+}
+
 /// A nearest point of a path.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Foot<const D: usize> {

@@ -215,16 +215,24 @@ fn options(raw: &RawToolpath, cutter: Option<Cutter>, problems: &mut Problems) -
 fn machine(raw: &RawMachine, axes: [AxisParameters; 3], settings: LoopSettings, problems: &mut Problems) -> Machine {
     let mut number = |name, raw: &Spanned<f64>, help| positive(name, raw, help, problems);
     let accel_mm_s2 = number("accel_mm_s2", &raw.accel_mm_s2, "give the acceleration in mm/s², such as 2000");
+    let jerk_mm_s3 = number("jerk_mm_s3", &raw.jerk_mm_s3, "give the jerk in mm/s³, such as 50000");
     Machine {
         axes,
         settings,
         rapid_mm_s: number("rapid_mm_s", &raw.rapid_mm_s, "give the rapid feed in mm/s, such as 200"),
         accel_mm_s2,
-        jerk_mm_s3: number("jerk_mm_s3", &raw.jerk_mm_s3, "give the jerk in mm/s³, such as 50000"),
+        jerk_mm_s3,
         lateral_accel_mm_s2: accel_mm_s2,
         corner_velocity_step_mm_s: raw.corner_velocity_step_mm_s.as_ref().map_or(CORNER_VELOCITY_STEP_MM_S, |given| {
             number("corner_velocity_step_mm_s", given, "give the step of the velocity in mm/s, such as 1")
         }),
+        junction_accel_step_mm_s2: raw.junction_accel_step_mm_s2.as_ref().map_or(
+            // The jerk limit over one period; of values that are refused anyway, what is in range.
+            (jerk_mm_s3 * settings.period_s).clamp(1e-6, 1e9),
+            |given| {
+                number("junction_accel_step_mm_s2", given, "give the step of the acceleration in mm/s², such as 50")
+            },
+        ),
     }
 }
 

@@ -368,12 +368,16 @@ pub(super) struct RawMachine {
     /// Largest acceleration along the path and across it, in mm/s².
     #[schemars(with = "f64", extend("exclusiveMinimum" = 0))]
     pub(super) accel_mm_s2: Spanned<f64>,
-    /// Largest jerk along the path, in mm/s³.
+    /// Largest jerk along the path, and across it at constant feed, in mm/s³.
     #[schemars(with = "f64", extend("exclusiveMinimum" = 0))]
     pub(super) jerk_mm_s3: Spanned<f64>,
     /// Largest step of the velocity where two blocks meet at an angle, in mm/s. Default: 1.
     #[schemars(with = "Option<f64>", extend("exclusiveMinimum" = 0))]
     pub(super) corner_velocity_step_mm_s: Option<Spanned<f64>>,
+    /// Largest step of the acceleration where the curvature jumps, such as from a line into its tangent arc, in mm/s². Default: the
+    /// jerk limit times the control period.
+    #[schemars(with = "Option<f64>", extend("exclusiveMinimum" = 0))]
+    pub(super) junction_accel_step_mm_s2: Option<Spanned<f64>>,
 }
 
 /// The three axes.

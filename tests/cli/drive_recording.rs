@@ -343,6 +343,7 @@ fn the_three_drives_of_a_program_are_recorded() {
         jerk_mm_s3: 50_000.0,
         lateral_accel_mm_s2: 1000.0,
         corner_velocity_step_mm_s: 5.0,
+        junction_accel_step_mm_s2: 50.0,
     };
     let blocks = || Reader::new(PART.as_bytes(), "part.nc", Reading::default());
     let metadata = ProgramStatistics::of(blocks(), &machine).unwrap();

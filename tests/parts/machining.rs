@@ -7,6 +7,7 @@ use nalgebra::Vector3;
 use rand::{RngExt, SeedableRng};
 use rand_xoshiro::Xoshiro256PlusPlus;
 use servosim::feedrate::{Motion, Profile};
+use servosim::interpolator::Setpoint;
 use servosim::limits::{Event, Limits};
 use servosim::machining::{
     Machine, MotionFault, MotionReader, ProgramError, ProgramPeriod, ProgramRun, ProgramStatistics,
@@ -30,6 +31,7 @@ fn machine() -> Machine {
         jerk_mm_s3: 50_000.0,
         lateral_accel_mm_s2: 1000.0,
         corner_velocity_step_mm_s: 5.0,
+        junction_accel_step_mm_s2: 50.0,
     }
 }
 
@@ -133,6 +135,87 @@ fn corners_are_passed_as_fast_as_allowed_and_smooth_joints_at_full_feed() {
     assert!(corner("G0 X0 Y0 Z0\nX50\nG1 X100 F3000\n") < 10.0);
 }
 
+/// The part of a setpoint's acceleration across its path.
+fn across(setpoint: &Setpoint<3>) -> Vector3<f64> {
+    let tangent = setpoint.velocity_mm_s.try_normalize(1e-9).unwrap_or_default();
+    setpoint.acceleration_mm_s2 - tangent * setpoint.acceleration_mm_s2.dot(&tangent)
+}
+
+#[test]
+fn validates_the_feed_at_a_junction_of_line_and_arc_in_closed_form() {
+    // The acceleration jumps by v²/r, by j Δt at most: v = √(j Δt r).
+    let machine = machine();
+    let (radius, period_s) = (20.0, machine.settings.period_s);
+    let step = machine.jerk_mm_s3 * period_s;
+    assert_eq!(machine.junction_accel_step_mm_s2, step);
+    let text = "G1 X0 Y0 Z0 F6000\nX50\nG3 X70 Y20 I0 J20\nG1 Y70\n";
+    let expected = (step * radius).sqrt();
+    let periods = run(text, &machine);
+    for joint in [50.0, 50.0 + 0.5 * PI * radius] {
+        let near = periods.iter().map(|p| &p.period.setpoint).filter(|setpoint| (setpoint.s_mm - joint).abs() < 0.1);
+        let feed = near.map(|setpoint| setpoint.feed_mm_s).fold(f64::INFINITY, f64::min);
+        // Passed between two setpoints, from an acceleration of 0 on.
+        let late = 0.5 * machine.jerk_mm_s3 * period_s * period_s;
+        assert!((expected - 1e-9..expected + late).contains(&feed), "{joint}: {feed} {expected}");
+    }
+    // What a machine sees: the acceleration across the path from setpoint to setpoint.
+    let change = |periods: &[ProgramPeriod]| {
+        let changes = periods.windows(2).map(|pair| {
+            let [a, b] = [&pair[0].period.setpoint, &pair[1].period.setpoint];
+            // 3 v a/r is what a changing feed adds on the arc.
+            let feed_change =
+                3.0 * a.feed_mm_s.max(b.feed_mm_s) * a.accel_mm_s2.abs().max(b.accel_mm_s2.abs()) / radius;
+            (across(b).norm() - across(a).norm()).abs() - feed_change * period_s
+        });
+        changes.fold(0.0, f64::max)
+    };
+    assert!(change(&periods) <= step * (1.0 + 1e-9), "{}", change(&periods));
+    for p in &periods {
+        assert!(p.period.setpoint.jerk_mm_s3.abs() <= machine.jerk_mm_s3 * (1.0 + 1e-9));
+    }
+    // With a step that never counts it is 100 mm/s, and a jump of 500 mm/s². That is what the limit costs here.
+    let loose = Machine { junction_accel_step_mm_s2: 1e9, ..machine };
+    assert!((change(&run(text, &loose)) - 500.0).abs() < 1.0, "{}", change(&run(text, &loose)));
+    let time = |machine: &Machine| ProgramStatistics::of(read(text), machine).unwrap().time_s;
+    let cost = time(&machine) - time(&loose);
+    assert!((0.3..0.6).contains(&cost), "{cost}");
+}
+
+#[test]
+fn the_acceleration_steps_no_further_inside_a_curve() {
+    // A quadratic B-spline: its curvature jumps at every knot. Then the same on in a plane across.
+    let machine = machine();
+    let points = [[0., 0.], [20., 0.], [30., 15.], [50., 10.], [60., -10.], [90., 0.]];
+    let curve = |turned: bool| Nurbs {
+        degree: 2,
+        knots: vec![0., 0., 0., 1., 2., 3., 4., 4., 4.],
+        weights: vec![1.0; 6],
+        control_points_mm: points.map(|[x, y]| if turned { [x + 90.0, 0.0, y] } else { [x, y, 0.0] }).to_vec(),
+    };
+    let block = |start_mm, end_mm, curve| Block {
+        line: 1,
+        start_mm,
+        end_mm,
+        feed_mm_min: Some(6000.0),
+        action: Action::Nurbs(curve),
+    };
+    let all =
+        [block([0.0; 3], [90.0, 0.0, 0.0], curve(false)), block([90.0, 0.0, 0.0], [180.0, 0.0, 0.0], curve(true))];
+    let change = |machine: &Machine| {
+        let periods: Vec<_> = ProgramRun::new(blocks(&all), machine).unwrap().map(Result::unwrap).collect();
+        let changes = periods.windows(2).map(|pair| {
+            let [a, b] = [&pair[0].period.setpoint, &pair[1].period.setpoint];
+            let jerk = a.jerk_vector_mm_s3.norm().max(b.jerk_vector_mm_s3.norm());
+            (b.acceleration_mm_s2 - a.acceleration_mm_s2).norm() - 1.05 * jerk * machine.settings.period_s
+        });
+        changes.fold(0.0, f64::max)
+    };
+    let step = machine.junction_accel_step_mm_s2;
+    assert!(change(&machine) <= step, "{}", change(&machine));
+    let loose = change(&Machine { junction_accel_step_mm_s2: 1e9, ..machine });
+    assert!(loose > 5.0 * step, "{loose}");
+}
+
 #[test]
 fn velocity_steps_of_setpoints_are_bounded_at_corners() {
     let machine = machine();
@@ -169,6 +252,8 @@ fn the_feed_stays_constant_on_a_nurbs_and_curves_are_slowed_where_they_are_sharp
     };
     let all = [block];
     let periods: Vec<_> = ProgramRun::new(blocks(&all), &machine).unwrap().map(Result::unwrap).collect();
+    let shape = MotionReader::new(blocks(&all)).next().unwrap().unwrap().shape;
+    let mut cursor = Cursor::default();
     let constant =
         periods.iter().filter(|p| p.period.setpoint.accel_mm_s2 == 0.0 && p.period.setpoint.feed_mm_s > 99.0);
     let mut count = 0;
@@ -187,6 +272,10 @@ fn the_feed_stays_constant_on_a_nurbs_and_curves_are_slowed_where_they_are_sharp
         assert!(across <= machine.lateral_accel_mm_s2 * (1.0 + 1e-6), "{setpoint:?}");
         assert!(setpoint.accel_mm_s2.abs() <= machine.accel_mm_s2 * (1.0 + 1e-9));
         assert!(setpoint.jerk_mm_s3.abs() <= machine.jerk_mm_s3 * (1.0 + 1e-9));
+        // At constant feed: v³ |k'|.
+        let frame = shape.frame(setpoint.s_mm, &mut cursor);
+        let jerk = setpoint.feed_mm_s.powi(3) * frame.curvature_rate_1_mm2.norm();
+        assert!(jerk <= machine.jerk_mm_s3 * (1.0 + 1e-6), "{jerk} {setpoint:?}");
     }
 }
 
@@ -459,6 +548,7 @@ fn bad_programs_say_where() {
         ("accel_mm_s2", Machine { accel_mm_s2: f64::NAN, ..machine }),
         ("jerk_mm_s3", Machine { jerk_mm_s3: -1.0, ..machine }),
         ("lateral_accel_mm_s2", Machine { lateral_accel_mm_s2: f64::INFINITY, ..machine }),
+        ("junction_accel_step_mm_s2", Machine { junction_accel_step_mm_s2: 0.0, ..machine }),
         ("corner_velocity_step_mm_s", Machine { corner_velocity_step_mm_s: -1.0, ..machine }),
     ] {
         let error = ProgramStatistics::of(read(PART), &bad).unwrap_err();

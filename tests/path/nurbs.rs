@@ -179,6 +179,36 @@ fn validates_that_circles_and_arcs_are_exact() {
 }
 
 #[test]
+fn validates_jumps_and_rates_of_the_curvature() {
+    let mut rng = Rng::seed_from_u64(41);
+    for case in 0..200 {
+        let curve = random_curve::<3>(&mut rng, case % 2 == 0);
+        let path = NurbsPath::new(curve.clone()).unwrap();
+        // A knot r times repeated leaves p - r continuous derivatives: the curvature jumps where those are fewer than two.
+        let (low, high) = curve.domain();
+        let inner: Vec<f64> = curve.knots().iter().copied().filter(|&knot| knot > low && knot < high).collect();
+        let mut wanted: Vec<f64> = inner.clone();
+        wanted.retain(|knot| inner.iter().filter(|other| *other == knot).count() + 2 > curve.degree());
+        wanted.dedup();
+        let found = path.curvature_jumps_mm();
+        assert_eq!(found.len(), wanted.len(), "{curve:?}");
+        for (found, wanted) in found.iter().zip(&wanted) {
+            assert!((found - path.length_at_mm(*wanted)).abs() < 1e-9, "{found} {wanted}");
+        }
+        // Against dense places between two of them; not far above the largest.
+        let mut cursor = Cursor::default();
+        let (from, to) = (inside(&mut rng, (0.0, path.length_mm())), path.length_mm());
+        let bound = path.curvature_rate_bound_1_mm2(from, to);
+        let rates = (0..=4000).map(|i| {
+            let s = from + (to - from) * f64::from(i) / 4000.0;
+            path.frame(s, &mut cursor).curvature_rate_1_mm2.norm()
+        });
+        let largest = rates.fold(0.0, f64::max);
+        assert!(largest <= bound * 1.001, "case {case}: {largest} {bound}");
+    }
+}
+
+#[test]
 fn validates_arc_length_of_a_parabola_and_of_random_curves() {
     // y = x²/2 from 0 to a: (a √(1+a²) + asinh a)/2.
     for a in [0.1, 1.0, 7.0, 100.0_f64] {

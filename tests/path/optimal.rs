@@ -7,7 +7,7 @@ use servosim::feedrate::{
     AxisLimited, AxisLimitedPlan, AxisLimits, FeedOverride, FeedrateError, Motion, MotionSample, OverrideStep,
     PathShape, Profile,
 };
-use servosim::path::{Circle, Cursor, Path, PhSpline};
+use servosim::path::{Circle, Cursor, Line, Path, PhSpline};
 
 /// How a path runs, as the planner asks for it.
 fn shape<const D: usize>(path: &dyn Path<D>) -> impl FnMut(f64) -> PathShape<D> {
@@ -157,6 +157,36 @@ fn limits_hold_between_grid_points_on_random_splines() {
         let (before, at, after) = (motion.at(t - h), motion.at(t), motion.at(t + h));
         let slope = (after.s_mm - before.s_mm) / (2.0 * h);
         assert!((slope - at.feed_mm_s).abs() <= 1e-4 * motion.feed_mm_s(), "{case}");
+    }
+}
+
+#[test]
+fn the_jerk_vanishes_at_constant_feed() {
+    let diagonal = Line::new(Vector2::zeros(), Vector2::new(80.0, 60.0)).unwrap();
+    let (alpha, heart) = (alpha(), heart());
+    for (path, name) in [(&diagonal as &dyn Path<2>, "line"), (&alpha, "alpha"), (&heart, "heart")] {
+        for (feed, limits) in [60.0, 100.0].into_iter().flat_map(|feed| {
+            [planar(150.0, 2000.0, 50_000.0), planar(150.0, 1000.0, 20_000.0)].map(|limits| (feed, limits))
+        }) {
+            let planner = AxisLimited::new(limits).with_feed(feed);
+            let plan = plan(&planner, path);
+            let motion = &plan.motion;
+            // In the end all of it may be a little slower.
+            let cruise = motion.feed_mm_s();
+            assert!(cruise >= feed * (1.0 - 3e-4), "{name} {feed}: {cruise}");
+            // Constant where it is the same 5 ms before and after.
+            let (dt, around) = (2.5e-4, 20_usize);
+            let samples: Vec<MotionSample> =
+                (0..).map(|i| dt * f64::from(i)).take_while(|t| *t < motion.total_s()).map(|t| motion.at(t)).collect();
+            let constant = |window: &&[MotionSample]| window.iter().all(|m| m.feed_mm_s >= cruise * (1.0 - 2e-6));
+            let cruising: Vec<MotionSample> =
+                samples.windows(2 * around + 1).filter(constant).map(|window| window[around]).collect();
+            let ratio = cruising.len() as f64 / samples.len() as f64;
+            assert!(ratio > 0.5, "{name} {feed} {limits:?}: {ratio}");
+            let jerk = cruising.iter().map(|m| m.jerk_mm_s3.abs()).fold(0.0, f64::max);
+            // A point of the grid close to another tells 1e-7 of the feed as 1 %; elsewhere it is far less.
+            assert!(jerk <= 0.02 * limits.jerk_mm_s3[0], "{name} {feed} {limits:?}: {jerk}");
+        }
     }
 }
 

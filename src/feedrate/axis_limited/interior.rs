@@ -7,7 +7,7 @@ use super::program::Program;
 const ITERATIONS: usize = 150;
 
 /// The search ends when this share of the time can still be gained at most.
-const GAP: f64 = 1e-4;
+const GAP: f64 = 1e-6;
 
 /// Coefficients of `q`, and the multipliers of the limits.
 #[derive(Debug, Clone)]

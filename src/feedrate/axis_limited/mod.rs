@@ -13,7 +13,8 @@
 //! derivative over a grid of arc length; each of its coefficients meets two neighbours in a limit, so that an interior-point method
 //! (Mehrotra's predictor and corrector) needs one banded factorisation an iteration: time and memory grow linearly with the number of
 //! grid points. `j/√q` is convex in `q`: its tangent lies below it, so that every iterate keeps the limits and the last one can
-//! always be run. At the ends, where `q` grows with the power 4/3 of the distance, the first interval has constant jerk in time and the
+//! always be run. Where a speed limit is constant the coefficients themselves keep it, and of motions that are about equally fast the one with
+//! the least jerk is taken: at constant feed the jerk is 0, without chatter. At the ends, where `q` grows with the power 4/3 of the distance, the first interval has constant jerk in time and the
 //! grid is graded towards it.
 //!
 //! The motion that is run is a spline of degree 5 in time through position, speed and acceleration at the grid points

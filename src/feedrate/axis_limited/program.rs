@@ -14,6 +14,12 @@ const GAUSS: [(f64, f64); 5] = [
     (0.953_089_922_969_332, 0.118_463_442_528_094_5),
 ];
 
+/// What a motion that is at its jerk limit throughout costs beside its time, as a share of it.
+///
+/// Limits at the points leave coefficients free to alternate above and below them, and the time hardly tells: of motions that are
+/// about equally fast the one with the least jerk is taken.
+const ROUGHNESS: f64 = 1e-4;
+
 /// A limit is looked at this share of an interval within its ends: on the inner side of a jump of the third derivative.
 pub(super) const INSET: f64 = 1e-6;
 
@@ -47,6 +53,8 @@ struct Point<const D: usize> {
 #[derive(Debug, Clone)]
 struct Span<const D: usize> {
     h: f64,
+    /// What its jerk costs: this times `(q''/2)²`, `ε ∫ (v q''/2j)² dt`.
+    roughness: f64,
     ends: [PathShape<D>; 2],
     jerk: [f64; D],
 }
@@ -104,7 +112,8 @@ impl<const D: usize> Program<D> {
             });
             if let Some(next) = inner.get(k + 1) {
                 let inset = INSET * after;
-                spans.push(Span { h: after, ends: [shape(s + inset), shape(next - inset)], jerk: limits.jerk_mm_s3 });
+                let ends = [shape(s + inset), shape(next - inset)];
+                spans.push(Span { h: after, roughness: 0.0, ends, jerk: limits.jerk_mm_s3 });
             }
         }
         // The last point has no coefficient of its own interval: it lies on the last coefficient.
@@ -113,6 +122,17 @@ impl<const D: usize> Program<D> {
         }
         let tie = [(lengths[0], first), (lengths[lengths.len() - 1], last)]
             .map(|(h, delta)| 1.0 / (1.0 + 2.0 * h / (3.0 * delta)));
+        // No faster than from rest to rest with the jerk alone.
+        let length = grid[grid.len() - 1];
+        for (span, ends) in spans.iter_mut().zip(points.windows(2)) {
+            let along = |shape: &PathShape<D>| {
+                let of = |i: usize| shape.tangent[i].abs() / limits.jerk_mm_s3[i];
+                (0..D).map(of).fold(0.0, f64::max)
+            };
+            let jerk = along(&span.ends[0]).max(along(&span.ends[1])).recip();
+            let speed = ends[0].most.min(ends[1].most).sqrt().min(2.0 * length / libm::cbrt(32.0 * length / jerk));
+            span.roughness = ROUGHNESS * span.h * speed / (jerk * jerk);
+        }
         let program = Self { planner: *planner, grid, points, spans, tie };
         for (end, shapes) in program.spans.iter().enumerate() {
             let finite = |p: &PathShape<D>| {
@@ -132,7 +152,7 @@ impl<const D: usize> Program<D> {
 
     /// How many limits there are.
     pub(super) fn limits(&self) -> usize {
-        self.points.len() * (1 + 2 * D) + self.spans.len() * 4 * D
+        self.points.len() * (1 + 2 * D) + self.spans.len() * (1 + 4 * D)
     }
 
     /// Sets the outer coefficients, which are no unknowns.
@@ -202,7 +222,15 @@ impl<const D: usize> Program<D> {
         (point.here * c[k] + point.next * c[k + 1], point.slope * (c[k + 1] - c[k]))
     }
 
-    /// The time `Σ h/√q`, with its first and second derivatives by the unknowns.
+    /// `q''/2` of an interval by the coefficients from its own on.
+    #[inline]
+    fn bend(&self, k: usize) -> [f64; 3] {
+        let (p0, p1) = (&self.points[k], &self.points[k + 1]);
+        let h = self.spans[k].h;
+        [p0.slope / h, -(p0.slope + p1.slope) / h, p1.slope / h]
+    }
+
+    /// The time `Σ h/√q` and what the jerk costs, with first and second derivatives by the unknowns.
     pub(super) fn time(&self, c: &[f64], mut see: impl FnMut(usize, [f64; 3], f64, f64)) -> f64 {
         let mut time = 0.0;
         let last = self.points.len() - 1;
@@ -214,6 +242,12 @@ impl<const D: usize> Program<D> {
                 if k == last { (k - 1, [0.0, point.here, point.next]) } else { (k, [point.here, point.next, 0.0]) };
             let slope = -0.5 * point.weight * root / q;
             see(first, self.tied(first, by), slope, -1.5 * slope / q);
+        }
+        for (k, span) in self.spans.iter().enumerate() {
+            let by = self.bend(k);
+            let bend = by[0] * c[k] + by[1] * c[k + 1] + by[2] * c[k + 2];
+            time += span.roughness * bend * bend;
+            see(k, self.tied(k, by), 2.0 * span.roughness * bend, 2.0 * span.roughness);
         }
         time
     }
@@ -257,10 +291,14 @@ impl<const D: usize> Program<D> {
         }
         for (k, span) in self.spans.iter().enumerate() {
             let (p0, p1) = (&self.points[k], &self.points[k + 1]);
+            // `q` lies between its coefficients: where they keep a constant limit it is kept between the points too, and no
+            // coefficients above and below it alternate.
+            see(Limit { index, first: k, by: [0.0, -1.0, 0.0], value: p0.most.max(p1.most) - c[k + 1] });
+            index += 1;
             let (q0, a0) = self.state(k, c);
             let (q1, a1) = self.state(k + 1, c);
             let b = (a1 - a0) / span.h;
-            let by_b = [p0.slope / span.h, -(p0.slope + p1.slope) / span.h, p1.slope / span.h];
+            let by_b = self.bend(k);
             let by_q = [[p0.here, p0.next, 0.0], [0.0, p1.here, p1.next]];
             let by_a = [[-p0.slope, p0.slope, 0.0], [0.0, -p1.slope, p1.slope]];
             for (end, (q, a)) in [(q0, a0), (q1, a1)].into_iter().enumerate() {

@@ -27,6 +27,12 @@ const MOST_REFINEMENTS: usize = 20_000;
 /// A turn of the tangent at a joint from which on it is a corner \[rad\].
 const CORNER_RAD: f64 = 1e-8;
 
+/// A difference of curvatures at a joint that is none: this share of the larger one and this much beside it \[1/mm\].
+const SAME_CURVATURE: (f64, f64) = (1e-6, 1e-7);
+
+/// By how much the third derivative of a part may pass its largest value at the places looked at.
+const RATE_MARGIN: f64 = 0.02;
+
 /// Ends as near as this close a path \[mm\].
 const CLOSED_MM: f64 = 1e-9;
 
@@ -50,9 +56,12 @@ pub struct NurbsPath<const D: usize> {
     nodes_mm: Vec<f64>,
     nodes_u: Vec<f64>,
     curvature: RangeMaximum,
+    curvature_rate: RangeMaximum,
     max_curvature: f64,
     /// Arc lengths of the corners \[mm\].
     corners_mm: Vec<f64>,
+    /// Arc lengths inside where the curvature jumps, those of corners among them \[mm\].
+    curvature_jumps_mm: Vec<f64>,
     closed: bool,
 }
 
@@ -109,36 +118,44 @@ impl<const D: usize> NurbsPath<D> {
             nodes_mm: vec![0.0],
             nodes_u: vec![low],
             curvature: RangeMaximum::new([0.0].into_iter()),
+            curvature_rate: RangeMaximum::new([0.0].into_iter()),
             max_curvature: 0.0,
             corners_mm: Vec::new(),
+            curvature_jumps_mm: Vec::new(),
             closed,
             curve,
         };
         let mut bounds = Vec::new();
-        let mut tangent: Option<SVector<f64, D>> = None;
+        let mut end: Option<Frame<D>> = None;
         for (segment, piece) in path.curve.clone().bezier_pieces().enumerate() {
             let bezier = OwnBezier { points: piece.control_points_mm, weights: piece.weights };
             let first = path.speeds.len();
             let shape = Shape::new(&bezier.view());
             path.divide(Part { bezier, shape, from: piece.from, to: piece.to, halvings: 0 }, segment, &mut bounds)?;
-            if let Some(before) = tangent
-                && turn(&before, &path.tangent(first, 0.0)) > CORNER_RAD
-            {
-                path.corners_mm.push(path.nodes_mm[first]);
+            if let Some(before) = end {
+                let (after, s_mm) = (path.frame_of(first, 0.0), path.nodes_mm[first]);
+                let corner = turn(&before.tangent, &after.tangent) > CORNER_RAD;
+                if corner {
+                    path.corners_mm.push(s_mm);
+                }
+                if corner || curvature_jumps(&before.curvature_1_mm, &after.curvature_1_mm) {
+                    path.curvature_jumps_mm.push(s_mm);
+                }
             }
-            tangent = Some(path.tangent(path.speeds.len() - 1, 1.0));
+            end = Some(path.frame_of(path.speeds.len() - 1, 1.0));
         }
         let length = path.length_mm();
         if !(length > MIN_SEGMENT_MM && length.is_finite()) {
             return Err(PathError::NotPositive { what: "length", value: length });
         }
-        if let Some(before) = tangent
+        if let Some(before) = end
             && closed
-            && turn(&before, &path.tangent(0, 0.0)) > CORNER_RAD
+            && turn(&before.tangent, &path.frame_of(0, 0.0).tangent) > CORNER_RAD
         {
             path.corners_mm.push(length);
         }
         path.curvature = RangeMaximum::new(bounds.into_iter());
+        path.curvature_rate = RangeMaximum::new((0..path.speeds.len()).map(|part| path.curvature_rate_of(part)));
         path.max_curvature = path.find_max_curvature();
         Ok(path)
     }
@@ -190,6 +207,29 @@ impl<const D: usize> NurbsPath<D> {
         &self.corners_mm
     }
 
+    /// Arc lengths inside the path where its curvature jumps \[mm\]: corners, and knots repeated so often that the curve is only C1
+    /// there.
+    pub fn curvature_jumps_mm(&self) -> &[f64] {
+        &self.curvature_jumps_mm
+    }
+
+    /// Upper bound of `|k'|`, the third derivative with respect to arc length, between two arc lengths \[1/mm²\]: the jerk at a
+    /// constant feed `v` is `v³ |k'|`. It is taken at five places of every part of the table, with a margin for what lies between
+    /// them.
+    pub fn curvature_rate_bound_1_mm2(&self, from_mm: f64, to_mm: f64) -> f64 {
+        let (first, end) = self.parts_between(from_mm, to_mm);
+        self.curvature_rate.of(first, end)
+    }
+
+    /// The first and the last part that an arc length of a range lies on.
+    fn parts_between(&self, from_mm: f64, to_mm: f64) -> (usize, usize) {
+        let last = self.speeds.len() - 1;
+        let inner = &self.nodes_mm[1..=last];
+        let first = inner.partition_point(|&node| node < from_mm);
+        let end = inner.partition_point(|&node| node <= to_mm);
+        (first, end.max(first))
+    }
+
     /// As [`Path::nearest_local`], but a closed path too stops at its ends: where it is one block of a program that goes on.
     pub fn nearest_local_open(&self, point_mm: &SVector<f64, D>, cursor: &mut Cursor) -> Foot<D> {
         Open(self).nearest_local(point_mm, cursor)
@@ -217,8 +257,16 @@ impl<const D: usize> NurbsPath<D> {
         Bezier { points: &self.points[range.clone()], weights: self.weights.as_ref().map(|w| &w[range]) }
     }
 
-    fn tangent(&self, part: usize, xi: f64) -> SVector<f64, D> {
-        self.part(part).derivatives::<2>(xi)[1].normalize()
+    /// Without the arc length.
+    fn frame_of(&self, part: usize, xi: f64) -> Frame<D> {
+        let [point_mm, r1, r2, r3] = self.part(part).derivatives::<4>(xi);
+        Frame::of_derivatives(0.0, point_mm, [r1, r2, r3])
+    }
+
+    /// The largest `|k'|` of a part: it is short, so that a few places tell.
+    fn curvature_rate_of(&self, part: usize) -> f64 {
+        let places = [0.0, 0.25, 0.5, 0.75, 1.0].map(|xi| self.frame_of(part, xi).curvature_rate_1_mm2.norm());
+        (1.0 + RATE_MARGIN) * places.into_iter().fold(0.0, f64::max)
     }
 
     /// Moves the cursor to arc length `s_mm` (clamped to the path); returns it clamped.
@@ -302,6 +350,11 @@ fn turn<const D: usize>(before: &SVector<f64, D>, after: &SVector<f64, D>) -> f6
     2.0 * libm::asin((0.5 * (after - before).norm()).min(1.0))
 }
 
+fn curvature_jumps<const D: usize>(before: &SVector<f64, D>, after: &SVector<f64, D>) -> bool {
+    let (share, least) = SAME_CURVATURE;
+    (after - before).norm() > share * before.norm().max(after.norm()) + least
+}
+
 impl<const D: usize> Path<D> for NurbsPath<D> {
     fn length_mm(&self) -> f64 {
         self.nodes_mm[self.speeds.len()]
@@ -314,21 +367,7 @@ impl<const D: usize> Path<D> for NurbsPath<D> {
     fn frame(&self, s_mm: f64, cursor: &mut Cursor) -> Frame<D> {
         let s_mm = self.seek(s_mm, cursor);
         let [point_mm, r1, r2, r3] = self.part(cursor.segment).derivatives::<4>(cursor.xi);
-        // With σ = |r'|: t = r'/σ, k = t'/σ, k' = (t''/σ - t' σ'/σ²)/σ, where the primes on t and σ are those of the parameter.
-        let speed = r1.norm();
-        let inverse = 1.0 / speed;
-        let tangent = r1 * inverse;
-        let speed1 = tangent.dot(&r2);
-        let t1 = (r2 - tangent * speed1) * inverse;
-        let speed2 = t1.dot(&r2) + tangent.dot(&r3);
-        let t2 = (r3 - t1 * (2.0 * speed1) - tangent * speed2) * inverse;
-        Frame {
-            s_mm,
-            point_mm,
-            tangent,
-            curvature_1_mm: t1 * inverse,
-            curvature_rate_1_mm2: (t2 - t1 * (speed1 * inverse)) * (inverse * inverse),
-        }
+        Frame::of_derivatives(s_mm, point_mm, [r1, r2, r3])
     }
 
     fn point_mm(&self, s_mm: f64, cursor: &mut Cursor) -> SVector<f64, D> {
@@ -342,11 +381,8 @@ impl<const D: usize> Path<D> for NurbsPath<D> {
         if self.corners_mm.get(next).is_some_and(|&corner| corner <= to_mm) {
             return f64::INFINITY;
         }
-        let last = self.speeds.len() - 1;
-        let inner = &self.nodes_mm[1..=last];
-        let first = inner.partition_point(|&node| node < from_mm);
-        let end = inner.partition_point(|&node| node <= to_mm);
-        self.curvature.of(first, end.max(first)).min(self.max_curvature)
+        let (first, end) = self.parts_between(from_mm, to_mm);
+        self.curvature.of(first, end).min(self.max_curvature)
     }
 
     fn max_curvature_1_mm(&self) -> f64 {
