@@ -56,7 +56,7 @@ pub fn export(
     if !sweep.metrics().any(|known| known == metric) {
         return Err(SweepError::request(
             format!("the sweep has no {}: it was computed without margins", metric.name()),
-            "compute it anew with --margins, or choose another --figure",
+            "compute it anew with --margins, or choose another --metric",
         ));
     }
     let kept = match journals {
