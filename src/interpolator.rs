@@ -77,7 +77,8 @@ pub fn plan_under_axis_limits<const D: usize>(
 
 /// A stream of setpoints along a path. Memory does not grow with the path.
 ///
-/// The stream ends with the first setpoint at or after the end of the motion: at rest on the end of the path.
+/// The stream ends with the first setpoint at or after the end of the motion: at rest on the end of the path. At rest (before the start,
+/// in a feed hold, after the end) the position is constant to the bit: Newton's iteration is not repeated where the arc length stays.
 #[derive(Clone)]
 pub struct Interpolator<'a, const D: usize> {
     path: &'a dyn Path<D>,
@@ -86,6 +87,9 @@ pub struct Interpolator<'a, const D: usize> {
     next: u64,
     end: u64,
     cursor: Cursor,
+    /// The last arc length at rest \[mm\], and the path there.
+    rest: Option<(f64, Frame<D>)>,
+    holds_end: bool,
 }
 
 impl<'a, const D: usize> Interpolator<'a, D> {
@@ -94,7 +98,16 @@ impl<'a, const D: usize> Interpolator<'a, D> {
     pub fn new(path: &'a dyn Path<D>, motion: &Motion, period_s: f64) -> Self {
         let period_s = if period_s > 0.0 && period_s.is_finite() { period_s } else { 0.0 };
         let end = periods(motion.total_s(), period_s);
-        Self { path, motion: motion.clone(), period_s, next: 0, end, cursor: Cursor::default() }
+        let (motion, cursor) = (motion.clone(), Cursor::default());
+        Self { path, motion, period_s, next: 0, end, cursor, rest: None, holds_end: true }
+    }
+
+    /// Solves for the end of the path again at every sample past it, where its last digit may then alternate. Recordings of the ideal
+    /// drive model, a reference to the bit, have it so; nothing in that model takes the sign of a velocity.
+    #[must_use]
+    pub(crate) fn solving_the_end_again(mut self) -> Self {
+        self.holds_end = false;
+        self
     }
 
     /// Number of the last setpoint: the stream holds one more than this.
@@ -114,7 +127,14 @@ impl<'a, const D: usize> Interpolator<'a, D> {
         let time_s = k as f64 * self.period_s;
         // A remainder of rounding size is no further period: the last setpoint stands on the end all the same.
         let m = self.motion.at(if k >= self.end && self.end > 0 { f64::INFINITY } else { time_s });
-        let frame = self.path.frame(m.s_mm, &mut self.cursor);
+        let frame = match self.rest {
+            Some((s_mm, frame)) if s_mm == m.s_mm && (self.holds_end || k <= self.end) => frame,
+            _ => {
+                let frame = self.path.frame(m.s_mm, &mut self.cursor);
+                self.rest = (m.feed_mm_s == 0.0).then_some((m.s_mm, frame));
+                frame
+            }
+        };
         Setpoint::of(time_s, &m, &frame)
     }
 }

@@ -55,6 +55,7 @@ pub mod nc;
 pub mod optimize;
 pub mod path;
 pub mod recording;
+#[cfg(feature = "plots")]
 pub mod report;
 pub mod scenario;
 pub mod servo;

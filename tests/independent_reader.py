@@ -106,7 +106,7 @@ def check_file(check, name):
             return
         schemas = {schema.name: schema for schema in summary.schemas.values()}
         topics = {c.topic: summary.schemas[c.schema_id].name for c in summary.channels.values()}
-        drives = not attachment_keys(reader).isdisjoint(("effects", "remedies", "controller", "cross_coupling"))
+        drives = not attachment_keys(reader).isdisjoint(("effects", "compensation", "remedies", "controller", "cross_coupling"))
         check(f"{name}: topics", topics == (TOPICS | DRIVES if drives else TOPICS), topics)
         check(f"{name}: protobuf", all(s.encoding == "protobuf" for s in summary.schemas.values()))
         check_descriptors(check, name, schemas)

@@ -97,11 +97,39 @@ pub(crate) fn print(text: &str) -> Result<(), CliError> {
     }
 }
 
+/// Fields of JSON documents that have had another name: the present one, the former one, which stays beside it.
+const FORMER_NAMES: [(&str, &str); 5] = [
+    ("metrics", "figures"),
+    ("metric", "figure"),
+    ("sampled", "drawn"),
+    ("modelled", "taken_in"),
+    ("neglected", "left_out"),
+];
+
 /// A value as an indented JSON document, ending in a newline.
 fn json(value: &impl Serialize) -> Result<String, CliError> {
-    let mut text = serde_json::to_string_pretty(value).map_err(|error| CliError::Stdout(error.into()))?;
+    let failed = |error: serde_json::Error| CliError::Stdout(error.into());
+    let mut document = serde_json::to_value(value).map_err(failed)?;
+    add_former_names(&mut document);
+    let mut text = serde_json::to_string_pretty(&document).map_err(failed)?;
     text.push('\n');
     Ok(text)
+}
+
+/// Repeats each renamed field under its former name, so that scripts go on working.
+fn add_former_names(value: &mut serde_json::Value) {
+    match value {
+        serde_json::Value::Object(fields) => {
+            fields.values_mut().for_each(add_former_names);
+            for (now, former) in FORMER_NAMES {
+                if let Some(field) = fields.get(now).cloned() {
+                    fields.entry(former).or_insert(field);
+                }
+            }
+        }
+        serde_json::Value::Array(items) => items.iter_mut().for_each(add_former_names),
+        _ => {}
+    }
 }
 
 /// Tells the user something on standard error. Nobody is left to be told when that fails.
@@ -178,6 +206,16 @@ pub(crate) fn short(value: f64, digits: usize) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn renamed_fields_stay_under_their_former_names() {
+        let mut value =
+            serde_json::json!({ "metric": "a", "after": [{ "metrics": { "sampled": 1 }, "modelled": [] }] });
+        add_former_names(&mut value);
+        let before = &value["after"][0];
+        assert_eq!((&value["figure"], &before["figures"]["drawn"]), (&"a".into(), &1.into()));
+        assert_eq!((&before["taken_in"], before.get("left_out")), (&serde_json::json!([]), None));
+    }
 
     #[test]
     fn metrics_keep_their_digits() {

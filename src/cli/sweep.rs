@@ -78,7 +78,7 @@ pub(crate) struct SweepArgs {
 #[derive(Debug, Args)]
 pub(crate) struct FinishArgs {
     /// The metric that the plot, the best point and the percentiles are of: a column of the tables
-    #[arg(long, value_name = "COLUMN", default_value = "max_contour_error_um", value_parser = figure_of)]
+    #[arg(long, alias = "figure", value_name = "COLUMN", default_value = "max_contour_error_um", value_parser = metric_of)]
     metric: Metric,
     #[command(flatten)]
     out: OutputArgs,
@@ -111,7 +111,7 @@ fn shard(text: &str) -> Result<Shard, String> {
     }
 }
 
-fn figure_of(name: &str) -> Result<Metric, String> {
+fn metric_of(name: &str) -> Result<Metric, String> {
     Metric::find(name).ok_or_else(|| {
         let known: Vec<&str> = Metric::all(true).map(Metric::name).collect();
         format!("known here: {}", known.join(", "))
@@ -246,7 +246,7 @@ fn table(outcome: &Outcome) -> String {
             let _ = writeln!(out, "    {key:<width$}  {}", value.number().map_or(value.to_string(), value_of));
         }
         for (name, value) in outcome.metrics.iter().zip(&best.metrics) {
-            let _ = writeln!(out, "    {name:<width$}  {}", figure_of_point(*value));
+            let _ = writeln!(out, "    {name:<width$}  {}", metric_of_point(*value));
         }
     } else {
         out.push_str("\n  no point of the sweep is sound: an axis locks up, or a loop is unstable, at every one\n");
@@ -261,7 +261,7 @@ fn value_of(value: f64) -> String {
 }
 
 /// A metric of the best point: five digits also of a margin of a millisecond, in seconds.
-fn figure_of_point(value: f64) -> String {
+fn metric_of_point(value: f64) -> String {
     let magnitude = value.abs();
     if !(1e-4..1.0).contains(&magnitude) {
         return significant(value, 5);

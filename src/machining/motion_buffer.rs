@@ -38,6 +38,8 @@ pub(super) struct MotionBuffer {
     end: Sum,
     /// Largest tracking error so far \[mm\].
     largest: f64,
+    /// Where the setpoint last stood still: at `s` behind which base, and what the path is there.
+    rest: Option<(Sum, f64, Frame<3>, Place)>,
 }
 
 impl MotionBuffer {
@@ -55,6 +57,19 @@ impl MotionBuffer {
     /// How far the motions go beyond a place \[mm\].
     pub(super) fn ahead_mm(&self, base: &Sum, s: f64) -> f64 {
         self.end.since(base) - s
+    }
+
+    /// [`frame`](Self::frame) at a speed of the setpoint: at rest, in a dwell or after the end, the point is constant to the bit.
+    pub(super) fn frame_at(&mut self, base: &Sum, s: f64, feed_mm_s: f64) -> Option<(Frame<3>, Place)> {
+        if let Some((resting_base, resting_s, frame, place)) = &self.rest
+            && resting_base == base
+            && *resting_s == s
+        {
+            return Some((*frame, *place));
+        }
+        let (frame, place) = self.frame(base, s)?;
+        self.rest = (feed_mm_s == 0.0).then_some((*base, s, frame, place));
+        Some((frame, place))
     }
 
     /// The path at `s` behind `base` (clamped), and where that is in the program. The setpoint moves there; it never goes back.

@@ -204,7 +204,7 @@ impl<I: Iterator<Item = Result<Block, NcError>>> ProgramRun<I> {
         let mut motion = self.motion(k, time_s)?;
         let s = motion.s_mm;
         motion.s_mm += self.base.value();
-        let Some((frame, place)) = self.window.frame(&self.base, s) else {
+        let Some((frame, place)) = self.window.frame_at(&self.base, s, motion.feed_mm_s) else {
             return Ok(Some(self.resting(k, time_s)));
         };
         let setpoint = Setpoint::of(time_s, &motion, &frame);

@@ -48,6 +48,7 @@ use std::path::PathBuf;
 
 use crate::optimize::Step;
 
+pub use crate::sweep::{SweepAxis, SweepCell, SweepPicture, SweepPlot};
 pub use data::{AxisLoad, AxisLoads, MAX_BUCKETS, PlotSample, RunData, RunMetadata};
 pub use files::{write_all, write_file};
 pub use loops::write_loops;
@@ -55,7 +56,6 @@ pub use machining::{
     DeviationPicture, DeviationSubplot, MoveKind, PathMove, PathPicture, StepoverPicture, StepoverRow, stepover_row,
 };
 pub use measurements::{write_circle, write_learning, write_response, write_steps};
-pub use sweep::{SweepAxis, SweepCell, SweepPicture, SweepPlot};
 
 /// Which plot.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]

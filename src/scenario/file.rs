@@ -321,8 +321,8 @@ pub(super) struct RawAxis {
     /// What the drive does that the model leaves out.
     #[serde(default)]
     pub(super) effects: RawEffects,
-    /// What is done about it.
-    #[serde(default)]
+    /// What the controller does about it: filters, feedforwards, compensation.
+    #[serde(default, alias = "remedies")]
     pub(super) compensation: RawCompensation,
 }
 

@@ -5,6 +5,23 @@ use toml_edit::{DocumentMut, Item};
 use super::diagnostics::{Diagnostic, brief, nearest};
 use super::document_kind::DocumentKind;
 
+/// Tables that have had another name: the present one, the former one.
+const FORMER_NAMES: [(&str, &str); 1] = [("compensation", "remedies")];
+
+/// The name under which a file has the table `key`: a former one where the file still uses it.
+pub(super) fn as_written(key: &str, has: impl Fn(&str) -> bool) -> &str {
+    let former = FORMER_NAMES.iter().find(|(now, former)| *now == key && !has(now) && has(former));
+    former.map_or(key, |(_, former)| former)
+}
+
+/// The path with present names of tables for former ones.
+fn with_present_names(path: &[String]) -> Vec<String> {
+    let present = |key: &String| {
+        FORMER_NAMES.iter().find(|(_, former)| former == key).map_or_else(|| key.clone(), |(now, _)| (*now).to_owned())
+    };
+    path.iter().map(present).collect()
+}
+
 /// The path of a value without the name of the chosen table, and how many parts stand before that name.
 fn without_choice<'a>(form: &DocumentKind, leaf: &'a [String]) -> Option<(Vec<&'a str>, usize)> {
     let way =
@@ -21,6 +38,7 @@ fn has_table(document: &DocumentMut, path: &[String]) -> bool {
 /// `axes.x.plant.gain_rad_s_v` is `axes.x.plant.first_order.gain_rad_s_v`. A gain has a short name, `x.kpp`, that of the tables
 /// of `servosim tune`. None where there is no such value.
 pub(super) fn full(form: &DocumentKind, path: &[String], document: &DocumentMut) -> Option<Vec<String>> {
+    let path = &with_present_names(path)[..];
     if form.leaves().iter().any(|leaf| leaf == path) {
         return Some(path.to_vec());
     }
@@ -90,6 +108,8 @@ mod tests {
             ("feedrate.profile.quintic.phase_s", Some("feedrate.profile.quintic.phase_s")),
             ("control.period_s", Some("control.period_s")),
             ("name", Some("name")),
+            ("axes.x.compensation.zero_phase", Some("axes.x.compensation.zero_phase")),
+            ("axes.x.remedies.zero_phase", Some("axes.x.compensation.zero_phase")),
             ("axes.x.plant.mass_kg", None),
             ("axes.x.plant", None),
             ("axes.x.pdff.kp", None),

@@ -68,6 +68,7 @@ impl Override {
         let mut table: &mut dyn TableLike = document.as_table_mut();
         for (depth, key) in way.iter().enumerate() {
             drop_other_choices(form, table, &self.path, depth);
+            let key = keys::as_written(key, |name| table.contains_key(name));
             let next = table.entry(key).or_insert_with(|| {
                 let mut table = toml_edit::Table::new();
                 table.set_implicit(true);
@@ -99,7 +100,7 @@ impl Override {
         let Some((last, way)) = self.path.split_last() else { return false };
         let mut table = root;
         for key in way {
-            match table.get(key.as_str()).map(toml::Spanned::get_ref) {
+            match table.get(keys::as_written(key, |name| table.contains_key(name))).map(toml::Spanned::get_ref) {
                 Some(DeValue::Table(next)) => table = next,
                 _ => return false,
             }

@@ -252,6 +252,9 @@ impl<'a, const A: usize> Simulation<'a, A> {
         }
         let start = interpolator.setpoint(0).position_mm;
         let axes = Axes::new(&parameters, drives, cross_coupling, &settings, &start)?;
+        if matches!(axes, Axes::Model(_)) {
+            interpolator = interpolator.solving_the_end_again();
+        }
         let contour = ContourMeter::new(path);
         let motion = motion.clone();
         Ok(Self {

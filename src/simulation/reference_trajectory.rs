@@ -84,7 +84,7 @@ impl<'a, const A: usize> ReferenceTrajectory<'a, A> {
     /// Settings out of range, or more than [`MAX_TRAJECTORY_PERIODS`] periods.
     pub fn new(path: &'a dyn Path<A>, motion: &Motion, settings: LoopSettings) -> Result<Self, SimulationError> {
         settings.check()?;
-        let mut interpolator = Interpolator::new(path, motion, settings.period_s);
+        let mut interpolator = Interpolator::new(path, motion, settings.period_s).solving_the_end_again();
         let last = interpolator.last_sample().saturating_add(periods(settings.settling_s, settings.period_s));
         if last >= MAX_TRAJECTORY_PERIODS.min(MAX_PERIODS) {
             return Err(SimulationError::TooLongForBatch { periods: last.saturating_add(1) });

@@ -76,6 +76,7 @@ pub struct Definition {
     /// Seed of the sampled methods, 0 for a grid.
     pub seed: u64,
     /// Names of the metrics.
+    #[serde(alias = "figures")]
     pub metrics: Vec<String>,
     /// SHA-256 of the learned corrections, where the scenario has some: its text has only the name of their file.
     #[serde(default, skip_serializing_if = "Option::is_none")]

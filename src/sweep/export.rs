@@ -1,36 +1,26 @@
-//! The results as tables: Parquet and CSV, one row a point. They depend on the definition alone.
+//! The results as tables: CSV, and with the feature `parquet` Parquet; one row a point. They depend on the definition alone.
 
 use std::fmt::Write as _;
 use std::fs::{self, File};
 use std::io::{self, BufWriter, Write};
 use std::path::{Path, PathBuf};
-use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 
-use parquet::basic::{LogicalType, Repetition, Type as Physical};
-use parquet::data_type::{ByteArray, ByteArrayType, DoubleType, Int64Type};
-use parquet::errors::ParquetError;
-use parquet::file::metadata::KeyValue;
-use parquet::file::properties::WriterProperties;
-use parquet::file::writer::SerializedFileWriter;
-use parquet::schema::types::Type;
-
+use super::chart::SweepPicture;
 use super::definition::Sweep;
 use super::error::SweepError;
 use super::evaluate::{Metric, Status};
 use super::journal::Journal;
 use super::outcome::{Outcome, Tally};
+#[cfg(feature = "parquet")]
+use super::parquet_table::ParquetTable;
 use super::picture::Sketch;
-use super::variable::{Value, write_number};
-use crate::report::SweepPicture;
-
-/// Rows of a Parquet row group.
-const GROUP: usize = 1 << 17;
+use super::variable::{Value, plain, write_number};
 
 /// What [`export`] wrote and found.
 #[derive(Debug)]
 pub struct Exported {
-    /// The tables, Parquet and CSV.
+    /// The tables: Parquet (feature `parquet`) and CSV.
     pub files: Vec<PathBuf>,
     /// The sweep in a few metrics.
     pub outcome: Outcome,
@@ -56,7 +46,7 @@ pub fn export(
     if !sweep.metrics().any(|known| known == metric) {
         return Err(SweepError::request(
             format!("the sweep has no {}: it was computed without margins", metric.name()),
-            "compute it anew with --margins, or choose another --figure",
+            "compute it anew with --margins, or choose another --metric",
         ));
     }
     let kept = match journals {
@@ -67,15 +57,20 @@ pub fn export(
         |file: &Path, source: io::Error| SweepError::Write { file: file.to_owned(), source, kept: kept.clone() };
     fs::create_dir_all(folder).map_err(|source| failed(folder, source))?;
     let stem = format!("{}-sweep", sweep.scenario().name);
-    let files = ["parquet", "csv"].map(|ending| folder.join(format!("{stem}.{ending}")));
-    let drafts = ["parquet", "csv"].map(|ending| folder.join(format!(".{stem}.{ending}.{}.part", std::process::id())));
-    let [parquet, csv] = &drafts;
+    let endings: &[&str] = if cfg!(feature = "parquet") { &["parquet", "csv"] } else { &["csv"] };
+    let files: Vec<PathBuf> = endings.iter().map(|ending| folder.join(format!("{stem}.{ending}"))).collect();
+    let draft = |ending: &&str| folder.join(format!(".{stem}.{ending}.{}.part", std::process::id()));
+    let drafts: Vec<PathBuf> = endings.iter().map(draft).collect();
+    let csv = &draft(&"csv");
 
     let mut tally = Tally::new(metric);
     let mut sketch = Sketch::new(sweep, metric);
     let write = |tally: &mut Tally, sketch: &mut Sketch| -> Result<(), SweepError> {
         let create = |path: &Path| File::create(path).map_err(|source| failed(path, source));
-        let mut table = ParquetTable::new(sweep, create(parquet)?).map_err(|error| failed(parquet, into_io(error)))?;
+        #[cfg(feature = "parquet")]
+        let parquet = &draft(&"parquet");
+        #[cfg(feature = "parquet")]
+        let mut table = ParquetTable::new(sweep, create(parquet)?).map_err(|source| failed(parquet, source))?;
         let mut text = BufWriter::with_capacity(1 << 20, create(csv)?);
         write_csv_header(&mut text, sweep).map_err(|source| failed(csv, source))?;
         let mut line = String::new();
@@ -99,13 +94,15 @@ pub fn export(
                     text.write_all(line.as_bytes()).map_err(|source| failed(csv, source))?;
                     tally.push(index, *status, metrics, || sweep.is_stable(index));
                     sketch.push(sweep, index, &values, *status, metrics);
-                    table.push(index, values, *status, metrics).map_err(|error| failed(parquet, into_io(error)))?;
+                    #[cfg(feature = "parquet")]
+                    table.push(index, values, *status, metrics).map_err(|source| failed(parquet, source))?;
                 }
                 Ok(())
             })?;
         }
         text.flush().map_err(|source| failed(csv, source))?;
-        table.finish().map_err(|error| failed(parquet, into_io(error)))?;
+        #[cfg(feature = "parquet")]
+        table.finish().map_err(|source| failed(parquet, source))?;
         for (draft, file) in drafts.iter().zip(&files) {
             fs::rename(draft, file).map_err(|source| failed(file, source))?;
         }
@@ -126,7 +123,7 @@ pub fn export(
         return Err(SweepError::NothingValid { count: outcome.points, reason });
     }
     let picture = sketch.finish(sweep, &outcome, best, &tally.metrics);
-    Ok(Exported { files: files.to_vec(), outcome, picture })
+    Ok(Exported { files, outcome, picture })
 }
 
 fn write_csv_header(out: &mut impl Write, sweep: &Sweep) -> io::Result<()> {
@@ -163,138 +160,7 @@ fn csv_row(line: &mut String, index: u64, values: &[Value], status: Status, metr
     line.push('\n');
 }
 
-/// A TOML string without its quotes: `"exact"` is exact.
-fn plain(text: &str) -> String {
-    let inner = ['"', '\''].iter().find_map(|&quote| text.strip_prefix(quote)?.strip_suffix(quote));
-    inner.filter(|inner| !inner.contains(['"', '\'', '\\'])).unwrap_or(text).to_owned()
-}
-
 /// A field of a CSV file (RFC 4180).
 fn quoted(text: &str) -> String {
     if text.contains([',', '"', '\n', '\r']) { format!("\"{}\"", text.replace('"', "\"\"")) } else { text.to_owned() }
-}
-
-fn into_io(error: ParquetError) -> io::Error {
-    match error {
-        ParquetError::External(source) => match source.downcast::<io::Error>() {
-            Ok(error) => *error,
-            Err(other) => io::Error::other(other),
-        },
-        other => io::Error::other(other),
-    }
-}
-
-/// A column of a row group.
-enum Column {
-    Whole(Vec<i64>),
-    Number(Vec<f64>),
-    Text(Vec<ByteArray>),
-    /// Numbers that may be missing, and which are there.
-    Metric(Vec<f64>, Vec<i16>),
-}
-
-/// The Parquet file, a row group at a time.
-struct ParquetTable {
-    writer: SerializedFileWriter<File>,
-    columns: Vec<Column>,
-    rows: usize,
-}
-
-impl ParquetTable {
-    fn new(sweep: &Sweep, file: File) -> Result<Self, ParquetError> {
-        let field = |name: &str, physical, repetition, logical| {
-            let field =
-                Type::primitive_type_builder(name, physical).with_repetition(repetition).with_logical_type(logical);
-            field.build().map(Arc::new)
-        };
-        let text = |name: &str| field(name, Physical::BYTE_ARRAY, Repetition::REQUIRED, Some(LogicalType::String));
-        let mut fields = vec![field("index", Physical::INT64, Repetition::REQUIRED, None)?];
-        let mut columns = vec![Column::Whole(Vec::new())];
-        for variable in &sweep.definition().variables {
-            if variable.values.is_numeric() {
-                fields.push(field(&variable.key, Physical::DOUBLE, Repetition::REQUIRED, None)?);
-                columns.push(Column::Number(Vec::new()));
-            } else {
-                fields.push(text(&variable.key)?);
-                columns.push(Column::Text(Vec::new()));
-            }
-        }
-        fields.push(text("status")?);
-        columns.push(Column::Text(Vec::new()));
-        for metric in sweep.metrics() {
-            fields.push(field(metric.name(), Physical::DOUBLE, Repetition::OPTIONAL, None)?);
-            columns.push(Column::Metric(Vec::new(), Vec::new()));
-        }
-        let schema = Arc::new(Type::group_type_builder("sweep").with_fields(fields).build()?);
-        let definition =
-            serde_json::to_string(sweep.definition()).map_err(|error| ParquetError::General(error.to_string()))?;
-        let properties = WriterProperties::builder()
-            .set_created_by(format!("servosim {}", env!("CARGO_PKG_VERSION")))
-            .set_key_value_metadata(Some(vec![KeyValue::new("servosim.sweep".to_owned(), definition)]))
-            .build();
-        Ok(Self { writer: SerializedFileWriter::new(file, schema, Arc::new(properties))?, columns, rows: 0 })
-    }
-
-    fn push(&mut self, index: u64, values: Vec<Value>, status: Status, metrics: &[f64]) -> Result<(), ParquetError> {
-        let mut columns = self.columns.iter_mut();
-        if let Some(Column::Whole(column)) = columns.next() {
-            column.push(i64::try_from(index).unwrap_or(i64::MAX));
-        }
-        for value in values {
-            match (columns.next(), value) {
-                (Some(Column::Number(column)), value) => column.push(value.number().unwrap_or(f64::NAN)),
-                (Some(Column::Text(column)), value) => column.push(plain(&value.to_string()).into_bytes().into()),
-                _ => {}
-            }
-        }
-        if let Some(Column::Text(column)) = columns.next() {
-            column.push(status.name().into());
-        }
-        for (column, metric) in columns.zip(metrics) {
-            if let Column::Metric(numbers, there) = column {
-                there.push(i16::from(!metric.is_nan()));
-                numbers.extend(Some(*metric).filter(|metric| !metric.is_nan()));
-            }
-        }
-        self.rows += 1;
-        if self.rows == GROUP { self.flush() } else { Ok(()) }
-    }
-
-    fn flush(&mut self) -> Result<(), ParquetError> {
-        if std::mem::take(&mut self.rows) == 0 {
-            return Ok(());
-        }
-        let mut group = self.writer.next_row_group()?;
-        for column in &mut self.columns {
-            let Some(mut writer) = group.next_column()? else { break };
-            match column {
-                Column::Whole(values) => {
-                    writer.typed::<Int64Type>().write_batch(values, None, None)?;
-                    values.clear();
-                }
-                Column::Number(values) => {
-                    writer.typed::<DoubleType>().write_batch(values, None, None)?;
-                    values.clear();
-                }
-                Column::Text(values) => {
-                    writer.typed::<ByteArrayType>().write_batch(values, None, None)?;
-                    values.clear();
-                }
-                Column::Metric(values, there) => {
-                    writer.typed::<DoubleType>().write_batch(values, Some(there), None)?;
-                    values.clear();
-                    there.clear();
-                }
-            }
-            writer.close()?;
-        }
-        group.close()?;
-        Ok(())
-    }
-
-    fn finish(mut self) -> Result<(), ParquetError> {
-        self.flush()?;
-        self.writer.close()?;
-        Ok(())
-    }
 }

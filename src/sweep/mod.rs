@@ -18,12 +18,15 @@
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 
+mod chart;
 mod definition;
 mod error;
 mod evaluate;
 mod export;
 mod journal;
 mod outcome;
+#[cfg(feature = "parquet")]
+mod parquet_table;
 mod picture;
 mod sampling;
 mod session;
@@ -31,6 +34,7 @@ mod shards;
 mod sobol;
 mod variable;
 
+pub use chart::{SweepAxis, SweepCell, SweepPicture, SweepPlot};
 pub use definition::{Definition, Method, Plan, Sweep};
 pub use error::SweepError;
 pub use evaluate::{Metric, Rows, Status};

@@ -1,10 +1,10 @@
 //! What is drawn of a sweep, gathered while its points go by: no more than a plot can show.
 
+use super::chart::{SweepAxis, SweepCell, SweepPicture, SweepPlot};
 use super::definition::{Method, Sweep};
 use super::evaluate::{Metric, Status};
 use super::outcome::{Outcome, PERCENTILES};
 use super::variable::Value;
-use crate::report::{SweepAxis, SweepCell, SweepPicture, SweepPlot};
 
 /// Most cells of a map, across and up; of a finer grid each cell shows the worst of its points.
 const MOST_CELLS: [u64; 2] = [240, 160];

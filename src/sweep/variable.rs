@@ -417,3 +417,8 @@ fn own_value(key: &str, scenario: &Scenario) -> Option<f64> {
         }
     }
 }
+/// A TOML string without its quotes: `"exact"` is exact.
+pub(super) fn plain(text: &str) -> String {
+    let inner = ['"', '\''].iter().find_map(|&quote| text.strip_prefix(quote)?.strip_suffix(quote));
+    inner.filter(|inner| !inner.contains(['"', '\'', '\\'])).unwrap_or(text).to_owned()
+}

@@ -304,6 +304,20 @@ fn gains_of_one_name_are_told_apart() {
 }
 
 #[test]
+fn the_former_name_of_the_compensation_table_still_works() {
+    let now = on_both("[axes.@.compensation]\nzero_phase = true");
+    let former = on_both("[axes.@.remedies]\nzero_phase = true");
+    assert!(now.drives[0].zero_phase && former.drives[0].zero_phase);
+    // An override reaches the table whatever the file and the override call it.
+    for (table, key) in [("remedies", "compensation"), ("compensation", "remedies"), ("remedies", "remedies")] {
+        let text = format!("{}\n[axes.x.{table}]\nzero_phase = true\n", include_str!("../../scenarios/alpha.toml"));
+        let mut document = Document::from_text(&text, "alpha");
+        document.set(&format!("axes.x.{key}.zero_phase=false")).unwrap();
+        assert!(!document.scenario().unwrap().drives[0].zero_phase, "{table} {key}");
+    }
+}
+
+#[test]
 fn compare_as_a_user_types_it() {
     let folder = Folder::new();
     folder

@@ -453,7 +453,7 @@ fn a_sweep_on_the_command_line_tells_what_came_of_it() {
     }
     // The same again, as JSON; another metric; one variable; Monte Carlo.
     let command =
-        "sweep alpha --vary axes.x.pdff.kpp=60:140:5 --format json --quiet --plots none --figure peak_voltage_x_v";
+        "sweep alpha --vary axes.x.pdff.kpp=60:140:5 --format json --quiet --plots none --metric peak_voltage_x_v";
     let output = folder.servosim(command).assert().success().stderr("").get_output().clone();
     let json: serde_json::Value = serde_json::from_slice(&output.stdout).unwrap();
     assert_eq!((&json["points"], &json["figure"]), (&5.into(), &"peak_voltage_x_v".into()));

@@ -336,6 +336,32 @@ fn dwells_rest_and_every_period_knows_its_block() {
     }
 }
 
+#[test]
+fn commands_in_dwells_and_after_the_end_are_constant_to_the_bit() {
+    let curve = |x: [f64; 4]| {
+        let [a, b, c, d] = x;
+        format!("G06.2 P4 K0 X{a} Y0\nK0 X{b} Y5.3\nK0 X{c} Y-4.7\nK0 X{d} Y0\nK7\nK7\nK7\nK7\n")
+    };
+    let (first, second) = (curve([0.0, 3.1, 7.7, 11.9]), curve([11.9, 14.3, 18.1, 23.7]));
+    let text = format!("G0 X0 Y0 Z0\nG4 F0.1\nF3000\n{first}G4 F0.25\n{second}G4 F0.2\nM30\n");
+    let reading = || Reading { start_mm: Some([0.0; 3]), dialect: Some(Dialect::Siemens), ..Reading::default() };
+    let periods: Vec<_> = ProgramRun::new(Reader::new(text.as_bytes(), "part.nc", reading()), &machine())
+        .unwrap()
+        .map(Result::unwrap)
+        .collect();
+    let mut resting = 0;
+    for pair in periods.windows(2) {
+        let [before, here] = [&pair[0].period.setpoint, &pair[1].period.setpoint];
+        if before.feed_mm_s == 0.0 && here.feed_mm_s == 0.0 && before.s_mm == here.s_mm {
+            let bits = [before, here].map(|setpoint| setpoint.position_mm.map(f64::to_bits));
+            assert_eq!(bits[0], bits[1], "at {} s", here.time_s);
+            resting += 1;
+        }
+    }
+    // Dwells of 0.1, 0.25 and 0.2 s, and 0.1 s of settling.
+    assert!(resting > 640, "{resting}");
+}
+
 /// Notes what it is told.
 #[derive(Default)]
 struct Told {

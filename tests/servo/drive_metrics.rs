@@ -170,6 +170,35 @@ fn validates_force_twist_and_pitch_at_rest() {
 }
 
 #[test]
+fn validates_the_signs_of_torques_in_steady_motion() {
+    // T + r_g F = B ω + T_c + B_f ω: torque, cutting force and motion in one direction, the friction against them.
+    let friction = Coulomb { coulomb_nm: 0.1, static_nm: 0.1, stribeck_mm_s: 3.0, viscous_nm_s_rad: 0.002 };
+    let viscous = axis().plant.viscous_nm_s_rad(&axis().drive);
+    let two_mass = TwoMass { table_mass_kg: 150.0, stiffness_n_um: 120.0, damping_n_s_mm: 20.0 };
+    for (direction, two_mass) in [(1.0, None), (-1.0, None), (1.0, Some(two_mass)), (-1.0, Some(two_mass))] {
+        let (torque, force) = (direction * 0.05, direction * 100.0);
+        let effects = Effects {
+            two_mass,
+            friction: Some(Friction::Coulomb(friction)),
+            force: Some(CuttingForce::OverTime(LookupTable::new([(0.0, force)], None).expect("a table"))),
+            ..Effects::default()
+        };
+        let mut axis = open(&effects, |_| torque);
+        let s = (0..6000).map(|_| axis.step(&AxisReference::default())).last().expect("steps");
+        let speed = (torque + 1.59e-3 * force - direction * 0.1) / (viscous + 0.002);
+        assert!((s.velocity_rad_s / speed - 1.0).abs() < 1e-6, "{} {speed}", s.velocity_rad_s);
+        let d = axis.drive_signals();
+        assert!((d.friction_nm + direction * 0.1 + 0.002 * speed).abs() < 1e-6, "{d:?}");
+        if let Some(two_mass) = two_mass {
+            // The screw carries what does not come from the force: J_t ω_t' = 0 = G - T_f + r_g F.
+            let spring = direction * 0.1 + 0.002 * speed - 1.59e-3 * force;
+            let twist_mm = 1.59 * spring / two_mass.stiffness_nm_rad(&Drive::default());
+            assert!((d.motor_mm - s.actual_mm - twist_mm).abs() < 1e-6, "{d:?} {twist_mm}");
+        }
+    }
+}
+
+#[test]
 fn validates_lugre_before_and_while_it_slides() {
     let lugre = LuGre { curve: curve(), stiffness_nm_rad: 30.0, damping_nm_s_rad: 0.3 };
     let effects = Effects { friction: Some(Friction::LuGre(lugre)), ..Effects::default() };

@@ -17,3 +17,4 @@ mod linear_drive;
 mod measure;
 mod reference;
 mod servo;
+mod standstill;

@@ -5,6 +5,10 @@ use crate::servo::effects::PitchError;
 use crate::servo::parameters::{not_negative, positive};
 use crate::servo::{AxisParameters, AxisReference, ServoError};
 
+/// Commands that are slower than this are at rest \[mm/s\]: a compensation takes no sign of their velocity. The backward difference of a
+/// command at rest may be off zero by its last digit over the period, 1e-7 mm/s at 1 m from the origin and 1 µs.
+pub const STANDSTILL_MM_S: f64 = 1e-6;
+
 /// Torque for the reference acceleration, beside any controller: `T = share (J ẍ_com + B ẋ_com)/r_g` with `J`, `B` of the model.
 ///
 /// Source: G. Ellis, "Control System Design Guide", 4th edition, section 8.2.
@@ -24,7 +28,8 @@ impl AccelerationFeedforward {
     }
 }
 
-/// Torque against friction: `T_c sat(ẋ_com / v)`, in the direction of the reference velocity, at full size from a smoothing velocity on.
+/// Torque against friction: `T_c sat(ẋ_com / v)`, in the direction of the reference velocity, at full size from a smoothing velocity on;
+/// none while `|ẋ_com|` is below [`STANDSTILL_MM_S`].
 ///
 /// Source: B. Armstrong-Hélouvry, P. Dupont, C. Canudas de Wit, Automatica 30, 1994, section 5.3.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -47,7 +52,7 @@ impl FrictionFeedforward {
 }
 
 /// Shift of the command by half the gap towards the reference direction, through a first-order low pass of time constant `T`: the step
-/// would be a jolt.
+/// would be a jolt. The direction is that of the last velocity of at least [`STANDSTILL_MM_S`]: a command at rest keeps its shift.
 ///
 /// For an encoder at the motor; a scale at the table sees the gap by itself.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -121,11 +126,12 @@ impl Compensator {
     #[inline(always)]
     pub(in crate::servo) fn compensate(&mut self, reference: &mut AxisReference, start_mm: f64) {
         let velocity = reference.velocity_mm_s;
-        let slip = (velocity * self.smoothing).max(-1.0).min(1.0);
+        let moves = velocity.abs() >= STANDSTILL_MM_S;
+        let slip = if moves { (velocity * self.smoothing).max(-1.0).min(1.0) } else { 0.0 };
         reference.torque_nm +=
             self.acceleration[0] * velocity + self.acceleration[1] * reference.acceleration_mm_s2 + self.coulomb * slip;
         if self.half_gap_mm > 0.0 {
-            if velocity != 0.0 {
+            if moves {
                 self.towards = self.half_gap_mm.copysign(velocity);
             }
             self.shift += self.share * (self.towards - self.shift);

@@ -7,7 +7,7 @@ mod zero_phase;
 
 pub use biquad::{Biquad, Filter};
 pub(in crate::servo) use command_compensation::Compensator;
-pub use command_compensation::{AccelerationFeedforward, BacklashCompensation, FrictionFeedforward};
+pub use command_compensation::{AccelerationFeedforward, BacklashCompensation, FrictionFeedforward, STANDSTILL_MM_S};
 pub use cross_coupling::{CrossCoupling, CrossCouplingGains};
 pub use zero_phase::{ClosedLoop, ZeroPhase};
 

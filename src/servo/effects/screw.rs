@@ -10,8 +10,11 @@ use crate::servo::{Drive, Plant, ServoError};
 /// motor keeps `J_m = J - J_t`, so that the two together are the plant. The plant's viscous friction stays at the motor.
 ///
 /// ```text
-/// J_m ω' = T - B ω - G        J_t ω_t' = G - friction - cutting force      G = k r_g² (θ - φ) + c r_g² (ω - ω_t)
+/// J_m ω' = T + ripple - B ω - G      J_t ω_t' = G - T_f + T_F      G = k r_g² (θ - φ) + c r_g² (ω - ω_t)      T_F = r_g F
 /// ```
+///
+/// with the motor's torque `T`, the friction `T_f` ([`Friction`](super::Friction)) and the cutting force `F`, which is positive in the
+/// direction of the axis ([`CuttingForce`](super::CuttingForce)).
 ///
 /// Free, it swings at `ω_n = √(k r_g² (1/J_m + 1/J_t))` with the damping ratio `c r_g² (1/J_m + 1/J_t) / (2 ω_n)`.
 ///

@@ -2,50 +2,23 @@
 
 use nalgebra::Vector2;
 
-use super::GuideError;
-use super::area::winding;
 use super::crossing::{self, Meeting};
-use super::element::{Bounds, Element, Point, Shape, parts, rounding, turn};
+use super::element::{Bounds, Element, MAX_ELEMENTS, Point, Shape, parts, rounding, turn};
+use super::error::GuideError;
 use super::freeform;
+use super::piece::Piece;
+use super::ring::winding;
 use super::tree::Tree;
-use crate::path::{MAX_COORDINATE_MM, NurbsCurve};
+use crate::path::MAX_COORDINATE_MM;
 
 /// How near the chords of a free-form curve stay to it, unless another tolerance is asked for \[mm\].
 pub const CURVE_TOLERANCE_MM: f64 = 1e-4;
-
-/// Most lines and arcs of a contour.
-pub const MAX_ELEMENTS: usize = 4_000_000;
 
 /// Widest gap between two pieces that is closed without a word \[mm\].
 const GAP_MM: f64 = 1e-6;
 
 /// Points nearer than this are one point \[mm\].
 const SAME_MM: f64 = 1e-9;
-
-/// One piece of a closed curve.
-#[derive(Debug, Clone, PartialEq)]
-pub enum Piece {
-    /// A straight line.
-    Line {
-        /// Where it starts \[mm\].
-        start_mm: Vector2<f64>,
-        /// Where it ends \[mm\].
-        end_mm: Vector2<f64>,
-    },
-    /// An arc; a full circle where it ends at its start.
-    Arc {
-        /// Where it starts \[mm\].
-        start_mm: Vector2<f64>,
-        /// Where it ends \[mm\].
-        end_mm: Vector2<f64>,
-        /// Its centre \[mm\].
-        centre_mm: Vector2<f64>,
-        /// Which way it runs.
-        counterclockwise: bool,
-    },
-    /// A free-form curve.
-    Curve(NurbsCurve<2>),
-}
 
 /// A closed curve in plan that does not cross itself. Which way it was given makes no difference.
 #[derive(Debug, Clone, PartialEq)]

@@ -1,7 +1,7 @@
 //! Where lines and arcs cross or touch.
 
-use super::cover::{meet_circle, meet_line};
 use super::element::{Element, Point, Shape, cross, turn};
+use super::intersection::{meet_circle, meet_line};
 use super::tree::Tree;
 
 /// How two elements stand to each other.

@@ -1,8 +1,20 @@
 //! How deep a region is.
 
-use super::area::{Area, Ring};
+use super::area::Area;
 use super::element::{Bounds, Element, Point, rounding};
-use super::{GuideError, area};
+use super::error::GuideError;
+use super::inset::inset;
+use super::ring::Ring;
+
+impl Area {
+    /// The largest distance from the rings at which something is left \[mm\], and a point that is that far from them.
+    ///
+    /// # Errors
+    /// [`GuideError::Lost`].
+    pub fn depth_mm(&self) -> Result<(f64, Point), GuideError> {
+        depth(&self.boundary(), self.rounding)
+    }
+}
 
 /// The largest distance from the boundary at which something is left, and a point there.
 ///
@@ -23,7 +35,7 @@ pub(super) fn depth(rings: &[&[Element]], inherited: f64) -> Result<(f64, Point)
         for share in [0.5, 0.4, 0.6, 0.3, 0.7] {
             let step = share * (above - reached);
             let further = match &left {
-                None => area::inset(rings, step, inherited),
+                None => inset(rings, step, inherited),
                 Some(areas) => areas.iter().try_fold(Vec::new(), |mut all, area| {
                     all.extend(area.inset(step)?);
                     Ok(all)

@@ -2,7 +2,8 @@
 
 use nalgebra::Vector2;
 
-use super::contour::MAX_ELEMENTS;
+/// Most lines and arcs of a contour.
+pub const MAX_ELEMENTS: usize = 4_000_000;
 
 pub(super) type Point = Vector2<f64>;
 

@@ -1,6 +1,6 @@
 //! Why there is no guide contour.
 
-use super::contour::MAX_ELEMENTS;
+use super::element::MAX_ELEMENTS;
 use crate::path::MAX_COORDINATE_MM;
 
 /// Why there is no guide contour. Points, pieces and islands are counted from 0.

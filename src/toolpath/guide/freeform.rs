@@ -2,8 +2,8 @@
 
 use nalgebra::Vector2;
 
-use super::GuideError;
-use super::contour::MAX_ELEMENTS;
+use super::element::MAX_ELEMENTS;
+use super::error::GuideError;
 use crate::path::NurbsCurve;
 
 /// Points on the curve, both ends included, whose chords are within `tolerance` of it.

@@ -1,6 +1,6 @@
 //! Linking the parts of an offset end to start.
 
-use super::offset::{Kept, NONE, Raw};
+use super::raw::{Kept, NONE, Raw};
 
 /// Most starts that are looked at near an end.
 const MOST_NEAR: usize = 100;

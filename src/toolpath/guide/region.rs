@@ -2,10 +2,13 @@
 
 use nalgebra::Vector2;
 
-use super::area::{self, Area};
+use super::area::Area;
 use super::contour::{Contour, reversed};
+use super::depth;
 use super::element::Element;
-use super::{GuideError, depth};
+use super::error::GuideError;
+use super::inset::inset;
+use super::ring::winding;
 
 /// A region: inside its outer contour, outside of every island.
 ///
@@ -69,7 +72,7 @@ impl Region {
     /// # Errors
     /// A distance that is not positive and finite; [`GuideError::Lost`].
     pub fn inset(&self, distance_mm: f64) -> Result<Vec<Area>, GuideError> {
-        area::inset(&self.boundary(), distance_mm, 0.0)
+        inset(&self.boundary(), distance_mm, 0.0)
     }
 
     /// The largest distance from the boundary at which something is left \[mm\], and a point that is that far from it.
@@ -88,7 +91,7 @@ impl Region {
 
     /// Whether a point lies in the region.
     pub fn contains(&self, point_mm: Vector2<f64>) -> bool {
-        self.rings.iter().map(|ring| area::winding(ring, point_mm)).sum::<i64>() > 0
+        self.rings.iter().map(|ring| winding(ring, point_mm)).sum::<i64>() > 0
     }
 
     /// Distance of a point from the boundary \[mm\].

@@ -3,9 +3,9 @@
 use super::super::super::axis::{Axis, Range, significant};
 use super::super::super::figure::{CURVE_PX, Figure, LineStyle, MUTED, RUN_COLOURS};
 use super::super::super::subplot::{Entry, Subplot, gutter, stack, y_axis};
-use super::super::super::sweep::{SweepCell, SweepPicture, SweepPlot};
 use super::{BEST, LOCKED, MISSING, across, heading, marker, missing_entries, ring_entry, with_unit};
 use crate::report::curve::Dash;
+use crate::sweep::{SweepCell, SweepPicture, SweepPlot};
 
 /// From this ratio of largest to smallest on the metric is drawn on a logarithmic axis.
 const WIDE: f64 = 50.0;

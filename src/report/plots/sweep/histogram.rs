@@ -4,8 +4,8 @@ use super::super::super::axis::{Axis, Range};
 use super::super::super::curve::{Dash, Frame};
 use super::super::super::figure::{Figure, INK, LineStyle, RUN_COLOURS, WHITE};
 use super::super::super::subplot::{Entry, Subplot, gutter, stack, x_axis, y_axis};
-use super::super::super::sweep::{SweepPicture, SweepPlot};
 use super::{heading, with_unit};
+use crate::sweep::{SweepPicture, SweepPlot};
 
 /// From this ratio of the 99th percentile to the smallest value on the axis is logarithmic.
 const WIDE: f64 = 50.0;

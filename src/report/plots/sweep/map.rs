@@ -4,9 +4,9 @@ use super::super::super::axis::{Axis, Range, significant};
 use super::super::super::curve::Frame;
 use super::super::super::figure::{Figure, INK, WHITE};
 use super::super::super::subplot::{Subplot, gutter, y_axis};
-use super::super::super::sweep::{SweepAxis, SweepCell, SweepPicture, SweepPlot};
 use super::colour::{ROOM_PX, Scale};
 use super::{BEST, LOCKED, MISSING, OWN, across, heading, marker, missing_entries, ring_entry, with_unit};
+use crate::sweep::{SweepAxis, SweepCell, SweepPicture, SweepPlot};
 
 /// A map or scattered dots, taken apart.
 struct Parts<'a> {

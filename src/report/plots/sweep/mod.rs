@@ -9,9 +9,9 @@ use super::super::axis::{Axis, Range, significant};
 use super::super::curve::Px;
 use super::super::figure::{Colour, Figure, INK, VERMILLION, WHITE};
 use super::super::subplot::{Entry, Heading, Symbol, TITLE_EM, x_axis};
-use super::super::sweep::{SweepCell, SweepPicture, SweepPlot};
 use super::{capital, printable};
 use crate::report::font;
+use crate::sweep::{SweepCell, SweepPicture, SweepPlot};
 
 /// Cells of loops that locked up, and of points without a metric: no colour of the scale.
 const LOCKED: Colour = (128, 128, 128);
