@@ -1,6 +1,6 @@
 //! Bernstein feedrate `V(τ) = Σ V_k b_k^n(τ)` of degree 1, 3 and 5 with general end conditions.
 
-use super::phase::MotionSample;
+use super::motion_sample::MotionSample;
 use super::{FeedrateError, bounded, positive};
 
 /// Feed, acceleration and jerk at one end of a phase.

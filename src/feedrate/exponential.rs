@@ -2,7 +2,7 @@
 
 use std::ops::RangeInclusive;
 
-use super::phase::MotionSample;
+use super::motion_sample::MotionSample;
 use super::{FeedrateError, positive};
 
 /// Exponents that [`ExponentialPhase`] takes.

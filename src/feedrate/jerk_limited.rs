@@ -1,6 +1,6 @@
 //! The acceleration half of a seven-phase jerk-limited motion.
 
-use super::phase::MotionSample;
+use super::motion_sample::MotionSample;
 use super::{FeedrateError, positive};
 
 /// From rest to a feed with bounded acceleration and jerk, in the shortest time: jerk `+j`, then constant acceleration,

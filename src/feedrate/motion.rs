@@ -2,10 +2,13 @@
 
 use std::sync::Arc;
 
-use super::axis_limited::Planned;
 use super::feed_override::{AxisDerivatives, Bounds, FeedOverride, Overridden, OverrideChange};
-use super::phase::{MotionPeaks, MotionSample, Phase};
-use super::{BernsteinPhase, ExponentialPhase, FeedState, FeedrateError, JerkLimitedPhase, positive};
+use super::planned::Planned;
+use super::time_law::TimeLaw;
+use super::{
+    BernsteinPhase, ExponentialPhase, FeedState, FeedrateError, JerkLimitedPhase, MotionPeaks, MotionSample, Phase,
+    positive,
+};
 
 /// How the feed is reached and left.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -66,7 +69,7 @@ enum Law {
     /// Node by node.
     Planned(Arc<Planned>),
     /// Another motion at a changing feed scale.
-    Overridden(Arc<Overridden>),
+    Overridden(Arc<Overridden<Motion>>),
 }
 
 impl Motion {
@@ -113,30 +116,6 @@ impl Motion {
             Law::Overridden(motion) => motion.changes(),
             Law::Phases(_) | Law::Planned(_) => &[],
         }
-    }
-
-    /// From when to when the feed is steady; none where the motion has no cruise.
-    pub(super) fn steady_s(&self) -> Option<(f64, f64)> {
-        let cruises = matches!(self.law, Law::Phases(_)) && self.cruise_s > 0.0;
-        cruises.then_some((self.phase_s, self.phase_s + self.cruise_s))
-    }
-
-    /// The first time after this one at which the jerk may jump.
-    pub(super) fn next_knot(&self, t_s: f64) -> f64 {
-        let phase = match &self.law {
-            Law::Planned(planned) => return planned.next_knot(t_s),
-            Law::Overridden(motion) => return motion.next_knot(t_s),
-            Law::Phases(phase) => phase,
-        };
-        let behind = self.phase_s + self.cruise_s;
-        let within = match phase {
-            Phase::JerkLimited(phase) => phase.knots_s(),
-            Phase::Bernstein(_) | Phase::Exponential(_) => [0.0; 2],
-        };
-        [within[0], within[1], self.phase_s, behind, self.total_s - within[1], self.total_s - within[0], self.total_s]
-            .into_iter()
-            .filter(|knot| *knot > t_s)
-            .fold(f64::INFINITY, f64::min)
     }
 
     /// Plans a motion along `length_mm` at `feed_mm_s`.
@@ -252,5 +231,45 @@ impl Motion {
         }
         let mirrored = accelerate.at(self.total_s - t_s);
         MotionSample { s_mm: self.length_mm - mirrored.s_mm, accel_mm_s2: -mirrored.accel_mm_s2, ..mirrored }
+    }
+}
+
+impl TimeLaw for Motion {
+    fn total_s(&self) -> f64 {
+        self.total_s
+    }
+
+    fn length_mm(&self) -> f64 {
+        self.length_mm
+    }
+
+    fn at(&self, t_s: f64) -> MotionSample {
+        self.at(t_s)
+    }
+
+    fn peaks(&self) -> MotionPeaks {
+        self.peaks()
+    }
+
+    fn steady_s(&self) -> Option<(f64, f64)> {
+        let cruises = matches!(self.law, Law::Phases(_)) && self.cruise_s > 0.0;
+        cruises.then_some((self.phase_s, self.phase_s + self.cruise_s))
+    }
+
+    fn next_knot(&self, t_s: f64) -> f64 {
+        let phase = match &self.law {
+            Law::Planned(planned) => return planned.next_knot(t_s),
+            Law::Overridden(motion) => return motion.next_knot(t_s),
+            Law::Phases(phase) => phase,
+        };
+        let behind = self.phase_s + self.cruise_s;
+        let within = match phase {
+            Phase::JerkLimited(phase) => phase.knots_s(),
+            Phase::Bernstein(_) | Phase::Exponential(_) => [0.0; 2],
+        };
+        [within[0], within[1], self.phase_s, behind, self.total_s - within[1], self.total_s - within[0], self.total_s]
+            .into_iter()
+            .filter(|knot| *knot > t_s)
+            .fold(f64::INFINITY, f64::min)
     }
 }

@@ -1,30 +1,7 @@
 //! One phase of a motion: from rest (or a given state) to the commanded feed.
 
-use super::{BernsteinPhase, ExponentialPhase, JerkLimitedPhase};
-
-/// Motion along the path at one time.
-#[derive(Debug, Clone, Copy, PartialEq, Default)]
-pub struct MotionSample {
-    /// Distance covered `s` \[mm\].
-    pub s_mm: f64,
-    /// Feedrate `V = ds/dt` \[mm/s\].
-    pub feed_mm_s: f64,
-    /// Acceleration `a = dV/dt` \[mm/s²\].
-    pub accel_mm_s2: f64,
-    /// Jerk `j = da/dt` \[mm/s³\].
-    pub jerk_mm_s3: f64,
-}
-
-/// Largest magnitudes during a phase or a motion.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct MotionPeaks {
-    /// Feedrate \[mm/s\].
-    pub feed_mm_s: f64,
-    /// Acceleration \[mm/s²\].
-    pub accel_mm_s2: f64,
-    /// Jerk \[mm/s³\]; infinite where the acceleration jumps.
-    pub jerk_mm_s3: f64,
-}
+use super::{BernsteinPhase, ExponentialPhase, JerkLimitedPhase, MotionPeaks, MotionSample};
+use crate::optimize::golden_section;
 
 /// An acceleration phase of any kind.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -89,7 +66,7 @@ impl Phase {
 
 /// Largest value of a piecewise smooth function on `[0, 1]`: a grid of 512 intervals, then golden-section search on the two
 /// around the best grid point.
-pub(super) fn maximum(f: impl Fn(f64) -> f64) -> f64 {
+fn maximum(f: impl Fn(f64) -> f64) -> f64 {
     const INTERVALS: u32 = 512;
     let step = 1.0 / f64::from(INTERVALS);
     let (mut best_at, mut best) = (0.0, f(0.0));
@@ -100,16 +77,7 @@ pub(super) fn maximum(f: impl Fn(f64) -> f64) -> f64 {
             (best_at, best) = (tau, value);
         }
     }
-    let ratio = 0.5 * (5.0_f64.sqrt() - 1.0);
-    let (mut low, mut high) = ((best_at - step).max(0.0), (best_at + step).min(1.0));
-    // 40 steps shrink the bracket by 4e-9; at a smooth peak the value is then exact to rounding.
-    for _ in 0..40 {
-        let (left, right) = (high - ratio * (high - low), low + ratio * (high - low));
-        if f(left) > f(right) {
-            high = right;
-        } else {
-            low = left;
-        }
-    }
-    best.max(f(0.5 * (low + high)))
+    let (low, high) = ((best_at - step).max(0.0), (best_at + step).min(1.0));
+    // 40 rounds shrink the interval by 4e-9; at a smooth peak the value is then exact to rounding.
+    best.max(-golden_section(low, high, 40, |tau| -f(tau)).1)
 }

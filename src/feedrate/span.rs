@@ -1,7 +1,7 @@
 //! Jerk-limited motion along a stretch that is entered and left at given speeds.
 
 use super::jerk_limited::JerkLimitedPhase;
-use super::phase::{MotionPeaks, MotionSample};
+use super::motion_sample::{MotionPeaks, MotionSample};
 
 /// What a jerk-limited motion keeps, both between 1e-9 and 1e9.
 #[derive(Debug, Clone, Copy, PartialEq)]

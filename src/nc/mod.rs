@@ -35,123 +35,19 @@
 
 mod arc;
 mod block;
-mod block_words;
-mod curve;
-mod curve_blocks;
-mod error;
-mod fixed;
-mod g_codes;
-mod initial_position;
+mod dialect;
 mod intervals;
-mod lines;
-mod modal_state;
-mod plan;
-mod reader;
-mod rounding;
-mod words;
-mod writer;
+mod limits;
+mod program;
+mod read;
+mod write;
 
 pub use arc::{Arc, Plane};
 pub use block::{Action, Block, Nurbs, NurbsFault};
-pub use error::{NcError, SyntaxError, WriteError};
-pub use fixed::MAX_DECIMALS;
-pub use lines::MAX_LINE_BYTES;
-pub use plan::Decimals;
-pub use reader::{Reader, Reading};
-pub use writer::{Writer, Writing, Written};
-
-/// Largest coordinate magnitude in a program \[mm\]: that of a path.
-pub const MAX_COORDINATE_MM: f64 = crate::path::MAX_COORDINATE_MM;
-
-/// Largest feed in a program \[mm/min\].
-pub const MAX_FEED_MM_MIN: f64 = 1e7;
-
-/// Largest knot or knot interval in a program.
-pub const MAX_KNOT: f64 = 1e9;
-
-/// Longest dwell in a program \[s\].
-pub const MAX_DWELL_S: f64 = 1e6;
-
-/// Most control points of one curve: what a reader holds in memory at most.
-pub const MAX_CONTROL_POINTS: usize = 1_000_000;
-
-/// Highest degree of a curve.
-pub const MAX_DEGREE: usize = 9;
-
-/// How far the end of an arc may lie from the circle through its start, and the first point of a curve from the tool \[mm\].
-///
-/// Programs are commonly rounded to 0.001 mm, which moves three points of an arc by up to 0.0007 mm each.
-pub const JOIN_TOLERANCE_MM: f64 = 0.005;
-
-/// Whose language a program is in.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
-pub enum Dialect {
-    /// Siemens 840D.
-    Siemens,
-    /// Fanuc 15i/30i and Mitsubishi.
-    Fanuc,
-    /// LinuxCNC.
-    LinuxCnc,
-}
-
-impl Dialect {
-    /// All of them.
-    pub const ALL: [Self; 3] = [Self::Siemens, Self::Fanuc, Self::LinuxCnc];
-
-    /// Its name as a person knows it.
-    pub fn name(self) -> &'static str {
-        match self {
-            Self::Siemens => "Siemens 840D",
-            Self::Fanuc => "Fanuc",
-            Self::LinuxCnc => "LinuxCNC",
-        }
-    }
-
-    /// Largest weight of a control point; all are above 0.
-    pub fn max_weight(self) -> f64 {
-        match self {
-            Self::Siemens => 3.0,
-            Self::Fanuc => 99.9999,
-            Self::LinuxCnc => 1e6,
-        }
-    }
-
-    /// Degrees that its curves can have.
-    pub fn degrees(self) -> std::ops::RangeInclusive<usize> {
-        match self {
-            Self::Siemens => 2..=3,
-            Self::Fanuc => 1..=3,
-            Self::LinuxCnc => 2..=MAX_DEGREE,
-        }
-    }
-}
-
-/// A whole program in memory.
-#[derive(Debug, Clone, Default, PartialEq)]
-pub struct Program {
-    /// Its blocks, in order.
-    pub blocks: Vec<Block>,
-}
-
-impl Program {
-    /// Reads a program from text; `origin` is what messages call it.
-    ///
-    /// # Errors
-    /// See [`Reader`].
-    pub fn read(text: &str, origin: &str) -> Result<Self, NcError> {
-        let blocks = Reader::new(text.as_bytes(), origin, Reading::default()).collect::<Result<_, _>>()?;
-        Ok(Self { blocks })
-    }
-
-    /// Writes the program; see [`Writer`].
-    ///
-    /// # Errors
-    /// See [`Writer::write`].
-    pub fn write(&self, out: impl std::io::Write, writing: Writing) -> Result<Written, WriteError> {
-        let mut writer = Writer::new(out, writing)?;
-        for block in &self.blocks {
-            writer.write(block)?;
-        }
-        writer.finish()
-    }
-}
+pub use dialect::Dialect;
+pub use limits::{
+    JOIN_TOLERANCE_MM, MAX_CONTROL_POINTS, MAX_COORDINATE_MM, MAX_DEGREE, MAX_DWELL_S, MAX_FEED_MM_MIN, MAX_KNOT,
+};
+pub use program::Program;
+pub use read::{MAX_LINE_BYTES, NcError, Reader, Reading, SyntaxError};
+pub use write::{Decimals, MAX_DECIMALS, WriteError, Writer, Writing, Written};

@@ -1,8 +1,6 @@
 //! A planar curve near one of its points as the graph of a polynomial over its tangent, with a proven remainder.
 
-use nalgebra::Vector2;
-
-use super::ph_segment::Point;
+use nalgebra::{Complex, Vector2};
 
 /// How far the polynomial of a [`Graph`] may be from the curve \[mm\].
 pub const GRAPH_ERROR_MM: f64 = 1e-7;
@@ -37,7 +35,7 @@ impl Graph {
     ///
     /// With `x(η)` along and `y(η)` across the tangent the coefficients are those of `y` as a series in `x`; what is left,
     /// `R(η) = y(η) - Σ c_j x(η)^j`, is a polynomial that begins with `η⁶`, and `|R| ≤ Σ |R_i| h^i` for `|η| ≤ h`.
-    pub(super) fn of_quintic(point_mm: Vector2<f64>, z: [Point; 5], low: f64, high: f64) -> Self {
+    pub(super) fn of_quintic(point_mm: Vector2<f64>, z: [Complex<f64>; 5], low: f64, high: f64) -> Self {
         let speed = z[0].norm();
         let tangent = z[0] / speed;
         let local = z.map(|z| z * tangent.conj());

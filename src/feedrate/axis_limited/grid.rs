@@ -1,6 +1,10 @@
 //! The grid of arc length: fine where the path bends, graded towards both ends.
 
-use super::{AxisLimited, FeedrateError, MAX_GRID_POINTS, PathShape, Scale};
+use super::limits::{AxisLimited, PathShape, Scale};
+use crate::feedrate::FeedrateError;
+
+/// Most points of the grid of arc length.
+pub const MAX_GRID_POINTS: usize = 4_000_000;
 
 /// Step over distance to the end: speed, that grows with the power 2/3 of the distance, then changes by 3 % a step.
 const GRADING: f64 = 0.05;

@@ -1,9 +1,9 @@
 //! The optimisation problem: `q` as a quadratic spline, its limits as functions of three neighbouring coefficients each.
 
-use super::interior::Solution;
-use super::planned::{Node, Planned};
+use super::limits::{AxisLimited, PathShape};
 use super::verify::Share;
-use super::{AxisLimited, FeedrateError, PathShape};
+use crate::feedrate::FeedrateError;
+use crate::feedrate::planned::{INSET, Node, Planned};
 
 /// Gauss-Legendre points and weights on `[0, 1]`, degree 9.
 const GAUSS: [(f64, f64); 5] = [
@@ -20,8 +20,8 @@ const GAUSS: [(f64, f64); 5] = [
 /// about equally fast the one with the least jerk is taken.
 const ROUGHNESS: f64 = 1e-4;
 
-/// A limit is looked at this share of an interval within its ends: on the inner side of a jump of the third derivative.
-pub(super) const INSET: f64 = 1e-6;
+/// Largest share by which the planned motion may slow down in the end instead of one more round.
+pub(super) const TOLERANCE: f64 = 2e-4;
 
 /// `q` between the second and the last but one point of the grid, and the limits that it has to keep.
 #[derive(Debug, Clone)]
@@ -324,7 +324,7 @@ impl<const D: usize> Program<D> {
 
     /// Takes off the limits what the motion passes them by.
     pub(super) fn tighten(&mut self, shares: &[Share]) {
-        let over = |share: f64| if share > 1.0 { share * (1.0 + 0.2 * super::TOLERANCE) } else { 1.0 };
+        let over = |share: f64| if share > 1.0 { share * (1.0 + 0.2 * TOLERANCE) } else { 1.0 };
         let last = self.points.len() - 1;
         for (interval, share) in shares.iter().enumerate() {
             let (velocity, acceleration, jerk) = (over(share.velocity), over(share.acceleration), over(share.jerk));
@@ -343,9 +343,8 @@ impl<const D: usize> Program<D> {
         }
     }
 
-    /// The motion that runs through the grid as the solution says.
-    pub(super) fn motion(&self, solution: &Solution) -> Planned {
-        let c = &solution.coefficients;
+    /// The motion that runs through the grid as these coefficients of `q` say.
+    pub(super) fn motion(&self, c: &[f64]) -> Planned {
         let n = self.grid.len();
         let mut nodes: Vec<Node> = Vec::with_capacity(n);
         let mut here = Node::default();

@@ -1,7 +1,7 @@
 //! The motion held against the limits between the points of the grid.
 
-use super::planned::Planned;
-use super::{AxisLimited, PathShape};
+use super::limits::{AxisLimited, PathShape};
+use crate::feedrate::planned::Planned;
 
 /// The largest shares of the limits that are used in an interval.
 #[derive(Debug, Clone, Copy, Default)]

@@ -1,7 +1,8 @@
 //! What the plan asks of the machine, time by time of the plan.
 
-use super::State;
-use crate::feedrate::{Motion, MotionSample};
+use super::feed_scale::State;
+use crate::feedrate::MotionSample;
+use crate::feedrate::time_law::TimeLaw;
 
 /// How far inside an interval its ends are looked at: the plan's jerk may jump there.
 const INSET: f64 = 1e-6;
@@ -54,7 +55,7 @@ impl<const D: usize> Interval<D> {
 
 /// The plan ahead, laid out as far as it has been looked at.
 pub(super) struct PlannedMotion<'a, const D: usize> {
-    plan: &'a Motion,
+    plan: &'a dyn TimeLaw,
     row: &'a mut dyn FnMut(&MotionSample) -> AxisDerivatives<D>,
     intervals: Vec<Interval<D>>,
     end: f64,
@@ -65,7 +66,7 @@ pub(super) struct PlannedMotion<'a, const D: usize> {
 }
 
 impl<'a, const D: usize> PlannedMotion<'a, D> {
-    pub(super) fn new(plan: &'a Motion, row: &'a mut dyn FnMut(&MotionSample) -> AxisDerivatives<D>) -> Self {
+    pub(super) fn new(plan: &'a dyn TimeLaw, row: &'a mut dyn FnMut(&MotionSample) -> AxisDerivatives<D>) -> Self {
         let end = plan.total_s();
         Self { plan, row, intervals: Vec::new(), end, width: end, laid: 0.0 }
     }

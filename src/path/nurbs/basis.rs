@@ -1,9 +1,6 @@
 //! B-spline basis functions on a knot vector.
 
-use super::NurbsError;
-
-/// Highest degree that a curve or a surface takes.
-pub const MAX_DEGREE: usize = 9;
+use super::error::{MAX_DEGREE, NurbsError};
 
 /// One value for each of the `degree + 1` basis functions that do not vanish on a span.
 pub(crate) type Row = [f64; MAX_DEGREE + 1];

@@ -2,8 +2,7 @@
 
 use nalgebra::SVector;
 
-use super::basis::{self, MAX_DEGREE};
-use super::{NurbsError, check_points, check_weights};
+use super::{MAX_DEGREE, NurbsError, basis, check_points, check_weights};
 
 /// A non-uniform rational B-spline curve,
 ///

@@ -1,7 +1,9 @@
 //! Why a NURBS curve or surface could not be made.
 
-use super::MAX_DEGREE;
 use crate::path::MAX_COORDINATE_MM;
+
+/// Highest degree that a curve or a surface takes.
+pub const MAX_DEGREE: usize = 9;
 
 /// Why a NURBS curve or surface could not be made. Knots, weights and control points are counted from 0, as given; of a surface
 /// control points and weights are counted row by row, and knots along the direction that was looked at last.

@@ -14,9 +14,8 @@ mod surface;
 
 use nalgebra::SVector;
 
-pub use basis::MAX_DEGREE;
 pub use curve::{BezierPiece, NurbsCurve};
-pub use error::NurbsError;
+pub use error::{MAX_DEGREE, NurbsError};
 pub use run::{LENGTH_TOLERANCE, NurbsPath};
 pub use surface::{NurbsSurface, PrincipalCurvatures, SurfacePoint};
 

@@ -2,9 +2,11 @@
 
 mod ahead;
 
+use super::feed_scale::{Piece, State};
 use super::planned_motion::{AxisDerivatives, Bounds, PlannedMotion};
-use super::{OverrideChange, OverrideStep, Piece, State};
-use crate::feedrate::{FeedrateError, Motion, MotionSample};
+use super::steps::{OverrideChange, OverrideStep};
+use crate::feedrate::time_law::TimeLaw;
+use crate::feedrate::{FeedrateError, MotionSample};
 
 /// Into how many steps the shortest change is cut.
 const PARTS: f64 = 100.0;
@@ -96,7 +98,7 @@ fn shortest_s(size: f64, slope: f64, bend: f64) -> f64 {
 
 impl<'a, const D: usize> OverridePlanner<'a, D> {
     pub(super) fn new(
-        plan: &'a Motion,
+        plan: &'a dyn TimeLaw,
         bounds: Bounds<D>,
         row: &'a mut dyn FnMut(&MotionSample) -> AxisDerivatives<D>,
     ) -> Self {

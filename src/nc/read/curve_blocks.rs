@@ -7,10 +7,10 @@ use super::block_words::{AXES, BlockWords, F, K, L, P, R, W};
 use super::curve::{Curve, Point};
 use super::g_codes::{Code, Codes};
 use super::modal_state::{ModalState, Mode};
-use super::reader::Reading;
+use super::reading::Reading;
 use super::words::{Address, Word};
-use super::{Action, Block, Dialect, MAX_DEGREE, Plane};
 use crate::diagnostics::Diagnostic;
+use crate::nc::{Action, Block, Dialect, MAX_DEGREE, Plane};
 
 impl ModalState {
     /// A curve begins at a place that is known, at a feed that is known, with absolute coordinates.

@@ -4,33 +4,20 @@ use std::collections::VecDeque;
 use std::io::BufRead;
 
 use super::block_words::BlockWords;
+use super::error::NcError;
 use super::error::SyntaxError;
 use super::g_codes::Codes;
 use super::initial_position::FirstPlace;
+use super::lines::MAX_LINE_BYTES;
 use super::lines::{Advance, Lines};
 use super::modal_state::ModalState;
+use super::reading::Reading;
 use super::words::Words;
-use super::{Action, Block, Dialect, MAX_LINE_BYTES, NcError};
 use crate::diagnostics::Diagnostic;
-
-/// How a program is read.
-#[derive(Debug, Clone, Copy, Default, PartialEq)]
-pub struct Reading {
-    /// Whose language it is, where that is known. It only decides what differs: the unit of `G4 P` without a decimal point
-    /// (LinuxCNC: s, Fanuc: ms), which is an error where it is not known.
-    pub dialect: Option<Dialect>,
-    /// Where the tool is before the program \[mm\]. Where it is not known, each axis is taken to be where rapid motion first puts
-    /// it (0 where it does not), and to move an axis at the feed before it has been given a place is an error.
-    pub start_mm: Option<[f64; 3]>,
-    /// Whether blocks that begin with `/` are left out.
-    pub skip_deleted: bool,
-    /// Whether Siemens curves without `PL` are read with uniform knots. The control spaces them in its own way, which is not
-    /// known: else they are an error.
-    pub uniform_knots: bool,
-}
+use crate::nc::{Action, Block};
 
 /// Reads a program as a stream of blocks, in memory that does not grow with it (one curve is held at a time, at most
-/// [`MAX_CONTROL_POINTS`](super::MAX_CONTROL_POINTS) points).
+/// [`MAX_CONTROL_POINTS`](crate::nc::MAX_CONTROL_POINTS) points).
 ///
 /// Ends after the first error. What stands after the program's end (`M30`, `M2`, `M17` or the second `%`) is an error unless it is a comment.
 ///

@@ -1,43 +1,18 @@
 //! A motion in the numbers that will be written, and what that costs.
 
-use super::arc::distance;
+use super::error::WriteError;
 use super::fixed::{Fixed, MAX_DECIMALS};
-use super::intervals::uniform_knots;
 use super::rounding::{self, Parts};
-use super::{
-    Action, Arc, Block, Dialect, JOIN_TOLERANCE_MM, MAX_COORDINATE_MM, MAX_FEED_MM_MIN, Nurbs, WriteError, Writing,
-};
+use super::writing::{Decimals, Writing};
+use crate::nc::arc::distance;
+use crate::nc::intervals::uniform_knots;
+use crate::nc::{Action, Arc, Block, Dialect, JOIN_TOLERANCE_MM, MAX_COORDINATE_MM, MAX_FEED_MM_MIN, Nurbs};
 
 /// Decimals of a feed and of a dwell: 0.001 mm/min and 1 ms.
 const TIME_DECIMALS: u8 = 3;
 
 /// How far knots may be from even \[of their range\], to be written where the control makes them itself.
 const UNIFORM: f64 = 1e-9;
-
-/// How many decimals the numbers of a program have, each 0 to [`MAX_DECIMALS`].
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct Decimals {
-    /// Of `X Y Z I J K`.
-    pub coordinate: u8,
-    /// Of weights. A Siemens control takes 4, Mitsubishi too.
-    pub weight: u8,
-    /// Of knots and intervals. Mitsubishi takes 4.
-    pub knot: u8,
-}
-
-impl Default for Decimals {
-    /// Micrometres; weights to 0.0001, as controls state them.
-    fn default() -> Self {
-        Self { coordinate: 3, weight: 4, knot: 3 }
-    }
-}
-
-impl From<u8> for Decimals {
-    /// The same for all.
-    fn from(decimals: u8) -> Self {
-        Self { coordinate: decimals, weight: decimals, knot: decimals }
-    }
-}
 
 impl Decimals {
     /// The fewest decimals, from the default on, with which rounding moves no block by more than the tolerance of `writing`

@@ -1,33 +1,15 @@
 //! Blocks to a program's text.
 
+use super::writing::Writing;
 use std::io::Write;
 
+use super::error::WriteError;
 use super::fixed::Fixed;
-use super::g_codes::Codes;
-use super::intervals::knot_of_block;
-use super::plan::{Decimals, Plan, Shape, fixed_time};
-use super::words::Words;
-use super::{Action, Block, Dialect, MAX_DWELL_S, MAX_LINE_BYTES, Plane, WriteError};
-
-/// How a program is written.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Writing {
-    /// In whose language.
-    pub dialect: Dialect,
-    /// With how many decimals.
-    pub decimals: Decimals,
-    /// By how much rounding may move the tool \[mm\], above 0.
-    pub tolerance_mm: f64,
-    /// By how much block numbers (`N`) grow from line to line; none without block numbers.
-    pub number_step: Option<u32>,
-}
-
-impl Writing {
-    /// The default decimals, a tolerance of 0.001 mm, no block numbers.
-    pub fn new(dialect: Dialect) -> Self {
-        Self { dialect, decimals: Decimals::default(), tolerance_mm: 1e-3, number_step: None }
-    }
-}
+use super::plan::{Plan, Shape, fixed_time};
+use crate::nc::intervals::knot_of_block;
+use crate::nc::read::Codes;
+use crate::nc::read::Words;
+use crate::nc::{Action, Block, Dialect, MAX_DWELL_S, MAX_LINE_BYTES, Plane};
 
 /// What has been written.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]

@@ -1,7 +1,7 @@
 //! What rounding does to a motion: bounds that hold for the whole curve, not only at sampled points.
 
-use super::arc::distance;
-use super::{Arc, Nurbs};
+use crate::nc::arc::distance;
+use crate::nc::{Arc, Nurbs};
 
 /// Parts of the error that rounding adds to a curve \[mm\].
 #[allow(clippy::struct_field_names)] // the unit

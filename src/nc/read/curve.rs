@@ -1,9 +1,9 @@
 //! NURBS curves gathered from the blocks of a program.
 
-use super::arc::distance;
-use super::intervals::{knots, uniform_knots};
-use super::{Dialect, JOIN_TOLERANCE_MM, MAX_CONTROL_POINTS, MAX_KNOT, Nurbs, NurbsFault};
 use crate::diagnostics::Diagnostic;
+use crate::nc::arc::distance;
+use crate::nc::intervals::{knots, uniform_knots};
+use crate::nc::{Dialect, JOIN_TOLERANCE_MM, MAX_CONTROL_POINTS, MAX_KNOT, Nurbs, NurbsFault};
 
 /// A curve whose blocks are still coming.
 #[derive(Debug)]
@@ -176,7 +176,7 @@ fn siemens_knots(degree: usize, intervals: &[Option<f64>], uniform: bool) -> Res
         };
     }
     for (block, interval) in intervals.iter().enumerate() {
-        let carries = super::intervals::knot_of_block(degree, points, block).is_some();
+        let carries = crate::nc::intervals::knot_of_block(degree, points, block).is_some();
         if carries && interval.is_none() {
             return Err(Diagnostic::new(format!("control point {block} (counted from 0) of the curve has no `PL`"))
                 .help("write `PL=` with every control point, or with none"));

@@ -1,6 +1,6 @@
 //! Where the tool is before a program, where nobody says so.
 
-use super::{Action, Block};
+use crate::nc::{Action, Block};
 
 /// Most blocks that are held back.
 const MOST_HELD: usize = 1000;

@@ -1,12 +1,12 @@
 //! What the codes of a program do.
 
-use super::Plane;
 use super::words::{Address, Word, Words};
 use crate::diagnostics::{Diagnostic, brief};
+use crate::nc::Plane;
 
 /// What a G code does.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(super) enum Code {
+pub(in crate::nc) enum Code {
     Rapid,
     Linear,
     Arc {
@@ -32,7 +32,7 @@ pub(super) enum Code {
 
 /// When an M code acts.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) enum Miscellaneous {
+pub(in crate::nc) enum Miscellaneous {
     Before,
     After,
     /// Ends the program.
@@ -102,28 +102,28 @@ fn m_code(number: u32) -> Result<Miscellaneous, &'static str> {
 
 /// The codes of one line.
 #[derive(Debug, Default)]
-pub(super) struct Codes {
+pub(in crate::nc) struct Codes {
     /// The motion code, and which word it is.
-    pub(super) motion: Option<(Code, usize)>,
-    pub(super) dwell: bool,
-    pub(super) plane: Option<Plane>,
-    pub(super) units_mm: Option<f64>,
-    pub(super) absolute: Option<bool>,
+    pub(in crate::nc) motion: Option<(Code, usize)>,
+    pub(in crate::nc) dwell: bool,
+    pub(in crate::nc) plane: Option<Plane>,
+    pub(in crate::nc) units_mm: Option<f64>,
+    pub(in crate::nc) absolute: Option<bool>,
     /// The work offset, and which word it is.
-    pub(super) offset: Option<(u32, usize)>,
+    pub(in crate::nc) offset: Option<(u32, usize)>,
     /// Words that move nothing and act before the motion.
-    pub(super) before: String,
+    pub(in crate::nc) before: String,
     /// Words that act after it.
-    pub(super) after: String,
+    pub(in crate::nc) after: String,
     /// Whether the program ends.
-    pub(super) ends: bool,
+    pub(in crate::nc) ends: bool,
     /// Bits of the addresses used up.
-    pub(super) used: u64,
+    pub(in crate::nc) used: u64,
 }
 
 impl Codes {
     /// Reads the codes of a line, and the words that move nothing.
-    pub(super) fn of(words: &Words, line: &str) -> Result<Self, Diagnostic> {
+    pub(in crate::nc) fn of(words: &Words, line: &str) -> Result<Self, Diagnostic> {
         let mut codes = Self::default();
         let mut letters = 0;
         let axes = words.list.iter().any(|word| matches!(word.address, Address::Letter(b'X' | b'Y' | b'Z')));

@@ -6,7 +6,7 @@ use crate::diagnostics::{Diagnostic, brief};
 
 /// What a number belongs to.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) enum Address {
+pub(in crate::nc) enum Address {
     /// A letter, capital.
     Letter(u8),
     /// `SD=`: degree.
@@ -25,7 +25,7 @@ pub(super) enum Address {
 
 impl Address {
     /// A bit of its own for every address.
-    pub(super) fn bit(self) -> u64 {
+    pub(in crate::nc) fn bit(self) -> u64 {
         match self {
             Self::Letter(letter) => 1 << (letter.saturating_sub(b'A') & 31),
             Self::Degree => 1 << 32,
@@ -40,39 +40,39 @@ impl Address {
 
 /// One word.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct Word {
-    pub(super) address: Address,
+pub(in crate::nc) struct Word {
+    pub(in crate::nc) address: Address,
     /// Its number; 0 where it has none.
-    pub(super) value: f64,
+    pub(in crate::nc) value: f64,
     /// Whether the number has a decimal point.
-    pub(super) point: bool,
+    pub(in crate::nc) point: bool,
     start: usize,
     end: usize,
 }
 
 impl Word {
     /// Where it stands in its line, in bytes.
-    pub(super) fn span(&self) -> Range<usize> {
+    pub(in crate::nc) fn span(&self) -> Range<usize> {
         self.start..self.end
     }
 
     /// As it stands in its line.
-    pub(super) fn text<'a>(&self, line: &'a str) -> &'a str {
+    pub(in crate::nc) fn text<'a>(&self, line: &'a str) -> &'a str {
         line.get(self.span()).unwrap_or_default()
     }
 }
 
 /// A line of a program.
 #[derive(Debug, Default)]
-pub(super) struct Words {
+pub(in crate::nc) struct Words {
     /// In order.
-    pub(super) list: Vec<Word>,
+    pub(in crate::nc) list: Vec<Word>,
     /// Comments, without their marks.
-    pub(super) comments: Vec<String>,
+    pub(in crate::nc) comments: Vec<String>,
     /// Whether it begins with `/`.
-    pub(super) deletable: bool,
+    pub(in crate::nc) deletable: bool,
     /// Whether it begins with `%`.
-    pub(super) mark: bool,
+    pub(in crate::nc) mark: bool,
 }
 
 /// Names that change how exactly or how smoothly the tool follows, and move nothing.
@@ -81,7 +81,7 @@ const SWITCHES: [&str; 12] =
 
 impl Words {
     /// Cuts a line into words.
-    pub(super) fn cut(&mut self, line: &str) -> Result<(), Diagnostic> {
+    pub(in crate::nc) fn cut(&mut self, line: &str) -> Result<(), Diagnostic> {
         self.list.clear();
         self.comments.clear();
         (self.deletable, self.mark) = (false, false);

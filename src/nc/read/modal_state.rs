@@ -2,14 +2,16 @@
 
 use std::collections::VecDeque;
 
-use super::arc::ArcFault;
 use super::block_words::{AXES, BlockWords, F, OFFSETS, P, R, S};
 use super::curve::Curve;
 use super::g_codes::{Code, Codes};
-use super::reader::Reading;
+use super::reading::Reading;
 use super::words::{Address, Word};
-use super::{Action, Arc, Block, Dialect, JOIN_TOLERANCE_MM, MAX_COORDINATE_MM, MAX_DWELL_S, MAX_FEED_MM_MIN, Plane};
 use crate::diagnostics::{Diagnostic, brief};
+use crate::nc::arc::ArcFault;
+use crate::nc::{
+    Action, Arc, Block, Dialect, JOIN_TOLERANCE_MM, MAX_COORDINATE_MM, MAX_DWELL_S, MAX_FEED_MM_MIN, Plane,
+};
 
 /// Which motion a block without a motion code continues.
 #[derive(Debug, Clone, Copy, PartialEq)]

@@ -1,11 +1,13 @@
 //! Motion `s(t)` through grid points.
 
-use super::super::phase::{MotionPeaks, MotionSample};
-use super::program::INSET;
+use super::{MotionPeaks, MotionSample};
+
+/// A limit is looked at this share of an interval within its ends: on the inner side of a jump of the path's third derivative.
+pub(super) const INSET: f64 = 1e-6;
 
 /// A spline of degree 5 in time through time, position, speed and acceleration at the points of a grid, from rest to rest.
 #[derive(Debug, Clone, PartialEq)]
-pub(in super::super) struct Planned {
+pub(super) struct Planned {
     nodes: Vec<Node>,
     /// The interval that holds the time `i T/n`, for every `i` up to `n`: where the search for a time starts.
     lookup: Vec<u32>,
@@ -83,26 +85,26 @@ impl Planned {
         self.nodes.len()
     }
 
-    pub(in super::super) fn total_s(&self) -> f64 {
+    pub(super) fn total_s(&self) -> f64 {
         self.nodes.last().map_or(0.0, |node| node.t)
     }
 
-    pub(in super::super) fn length_mm(&self) -> f64 {
+    pub(super) fn length_mm(&self) -> f64 {
         self.nodes.last().map_or(0.0, |node| node.s)
     }
 
-    pub(in super::super) fn peaks(&self) -> MotionPeaks {
+    pub(super) fn peaks(&self) -> MotionPeaks {
         self.peaks
     }
 
     /// The first node's time after this one.
-    pub(in super::super) fn next_knot(&self, t_s: f64) -> f64 {
+    pub(super) fn next_knot(&self, t_s: f64) -> f64 {
         let next = self.nodes.partition_point(|node| node.t <= t_s);
         self.nodes.get(next).map_or(f64::INFINITY, |node| node.t)
     }
 
     /// The motion at a time between 0 and the end.
-    pub(in super::super) fn at(&self, t_s: f64) -> MotionSample {
+    pub(super) fn at(&self, t_s: f64) -> MotionSample {
         let intervals = self.nodes.len().saturating_sub(1);
         #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss)] // a float cast saturates
         let slot = (t_s / self.total_s() * intervals as f64) as usize;

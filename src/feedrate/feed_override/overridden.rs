@@ -1,0 +1,124 @@
+//! A motion under a feed override.
+
+use super::feed_scale::{Piece, State};
+use super::planned_motion::{AxisDerivatives, Bounds};
+use super::planner::OverridePlanner;
+use super::steps::{FeedOverride, MAX_OVERRIDE, MAX_OVERRIDE_STEPS, OverrideChange, OverrideStep};
+use crate::feedrate::time_law::TimeLaw;
+use crate::feedrate::{FeedrateError, MotionPeaks, MotionSample, positive};
+
+/// A motion at a changing feed scale; `M` is that of the plan.
+#[derive(Debug, Clone, PartialEq)]
+pub(in crate::feedrate) struct Overridden<M> {
+    plan: M,
+    pieces: Vec<Piece>,
+    changes: Vec<OverrideChange>,
+    total_s: f64,
+    peaks: MotionPeaks,
+}
+
+impl<M: TimeLaw + Clone> Overridden<M> {
+    /// The plan under an override that keeps these bounds, which the plan keeps; none where no step does anything. `row` tells what the plan
+    /// asks of the axes.
+    pub(in crate::feedrate) fn new<const D: usize>(
+        plan: &M,
+        how: &FeedOverride,
+        bounds: Bounds<D>,
+        row: &mut dyn FnMut(&MotionSample) -> AxisDerivatives<D>,
+    ) -> Result<Option<Self>, FeedrateError> {
+        let out = |name, value, needed| Err(FeedrateError::OutOfRange { name, value, needed });
+        if how.steps.len() > MAX_OVERRIDE_STEPS {
+            return out("override steps", how.steps.len() as f64, "at most 1000");
+        }
+        let mut before_s = 0.0;
+        for (step, &OverrideStep { at_s, ratio, transition_s }) in how.steps.iter().enumerate() {
+            if !(0.0..=1e9).contains(&at_s) {
+                return out("at_s", at_s, "a time of the run, from 0 to 1e9 s");
+            }
+            if !(0.0..=MAX_OVERRIDE).contains(&ratio) {
+                return out("override", ratio, "from 0 (hold) to 2 (200 %)");
+            }
+            if transition_s != 0.0 {
+                positive("transition_s", transition_s)?;
+            }
+            if at_s < before_s {
+                return Err(FeedrateError::OverrideOrder { step, at_s, before_s });
+            }
+            before_s = at_s;
+        }
+        let mut planner = OverridePlanner::new(plan, bounds, row);
+        for (index, step) in how.steps.iter().enumerate() {
+            planner.turn(index, step);
+        }
+        let (pieces, changes, total_s) = planner.finish()?;
+        if changes.is_empty() {
+            return Ok(None);
+        }
+        let peaks = MotionPeaks { feed_mm_s: 0.0, accel_mm_s2: 0.0, jerk_mm_s3: 0.0 };
+        let mut motion = Self { plan: plan.clone(), pieces, changes, total_s, peaks };
+        motion.peaks = motion.sampled_peaks();
+        Ok(Some(motion))
+    }
+
+    pub(in crate::feedrate) fn changes(&self) -> &[OverrideChange] {
+        &self.changes
+    }
+
+    /// Peaks at 4 places of every step of a change and 2000 of every steady stretch; an acceleration that steps has an infinite jerk all
+    /// the same.
+    fn sampled_peaks(&self) -> MotionPeaks {
+        if self.pieces.is_empty() {
+            return self.plan.peaks();
+        }
+        let mut peaks = MotionPeaks { feed_mm_s: 0.0, accel_mm_s2: 0.0, jerk_mm_s3: 0.0 };
+        let mut see = |piece: &Piece, to: f64| {
+            let from = piece.from.t;
+            let places = if piece.bend == 0.0 && piece.from.slope == 0.0 { 2000 } else { 4 };
+            for i in 0..=places {
+                // Just before the end: there the next piece counts.
+                let x = (f64::from(i) / f64::from(places)).min(1.0 - 1e-9);
+                let m = piece.at(&self.plan, from + (to - from) * x, f64::INFINITY);
+                peaks.feed_mm_s = peaks.feed_mm_s.max(m.feed_mm_s);
+                peaks.accel_mm_s2 = peaks.accel_mm_s2.max(m.accel_mm_s2.abs());
+                peaks.jerk_mm_s3 = peaks.jerk_mm_s3.max(m.jerk_mm_s3.abs());
+            }
+        };
+        let first = self.pieces.first().map_or(self.total_s, |piece| piece.from.t);
+        if first > 0.0 {
+            see(&Piece { from: State::PLAN, bend: 0.0 }, first);
+        }
+        let ends = self.pieces.iter().skip(1).map(|piece| piece.from.t).chain([self.total_s]);
+        for (piece, end) in self.pieces.iter().zip(ends) {
+            see(piece, end);
+        }
+        if self.plan.peaks().jerk_mm_s3 == f64::INFINITY {
+            peaks.jerk_mm_s3 = f64::INFINITY;
+        }
+        peaks
+    }
+
+    /// Where the jerk may jump next.
+    pub(in crate::feedrate) fn next_knot(&self, t_s: f64) -> f64 {
+        let next = self.pieces.partition_point(|piece| piece.from.t <= t_s);
+        self.pieces.get(next).map_or(self.total_s, |piece| piece.from.t)
+    }
+
+    pub(in crate::feedrate) fn total_s(&self) -> f64 {
+        self.total_s
+    }
+
+    pub(in crate::feedrate) fn length_mm(&self) -> f64 {
+        self.plan.length_mm()
+    }
+
+    pub(in crate::feedrate) fn peaks(&self) -> MotionPeaks {
+        self.peaks
+    }
+
+    pub(in crate::feedrate) fn at(&self, t_s: f64) -> MotionSample {
+        let next = self.pieces.partition_point(|piece| piece.from.t <= t_s);
+        let Some(piece) = next.checked_sub(1).and_then(|i| self.pieces.get(i)) else { return self.plan.at(t_s) };
+        let last = self.pieces.get(next).map_or(f64::INFINITY, |piece| piece.from.tau);
+        piece.at(&self.plan, t_s, last)
+    }
+}
