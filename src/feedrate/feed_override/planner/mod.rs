@@ -1,4 +1,4 @@
-//! How the feed scale goes from ratio to ratio.
+//! The override planner: the feed scale from one override ratio to the next within the limits.
 
 mod ahead;
 
