@@ -60,8 +60,8 @@ impl ControllerGains {
 
     /// Gains of another controller with the same loops as the axis' PDFF controller: `kp = kpp`, `kv = kpv`, `ki = kiv`.
     ///
-    /// A cascade gets all the feedforward that the plant's model asks for. A PID controller is what these two loops are where
-    /// nothing is reference, its derivative filtered at a quarter of the sampling rate:
+    /// A cascade gets all the feedforward that the plant's model asks for. A PID controller equals these two loops for
+    /// a constant command, its derivative filtered at a quarter of the sampling rate:
     ///
     /// ```text
     /// T = kv (kp e - ω) + kv ki ∫(kp e - ω)   with ω = -e'/r_g:
