@@ -1,7 +1,7 @@
 //! One scenario in many variants: its effects one by one and together, under several controllers or sets of gains.
 //!
-//! Rows are what the drives do, columns how they are controlled; a cell is a whole run. Rows: the ideal model, each effect alone, all
-//! effects, and all with what the scenario does about them. A scenario without effects has one row.
+//! Rows are drives, columns are controllers or sets of gains; a cell is a whole run. Rows: the ideal model, each effect alone, all
+//! effects, and all effects with compensation. A scenario without effects has one row.
 
 use std::sync::atomic::{AtomicBool, Ordering};
 

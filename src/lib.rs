@@ -1,8 +1,28 @@
+// The front page is the README. Of two definitions of a link the first counts: here the picture is part of the page, and links into the
+// repository lead there from `target/doc/servosim`.
+#![doc = concat!("[alpha-path]: data:image/svg+xml;base64,", include_str!("../docs/alpha-path.svg.base64"))]
+//! [alpha-toml]: ../../../scenarios/alpha.toml
+//! [tutorial]: ../../../docs/tutorial/first-run.md
+//! [own-machine]: ../../../docs/tutorial/own-machine.md
+//! [tuning]: ../../../docs/tutorial/tuning.md
+//! [detailed-drive]: ../../../docs/tutorial/detailed-drive.md
+//! [part]: ../../../docs/tutorial/part.md
+//! [theory]: ../../../docs/theory/paths.md
+//! [command-line]: ../../../docs/reference/command-line.md
+//! [scenario-file]: ../../../docs/reference/scenario.md
+//! [recordings]: ../../../docs/reference/recording.md
+//! [glossary]: ../../../docs/glossary.md
+//! [validation]: ../../../docs/validation.md
+//! [architecture]: ../../../docs/development/architecture.md
+//! [changelog]: ../../../CHANGELOG.md
+//! [contributing]: ../../../CONTRIBUTING.md
+//! [license]: ../../../LICENSE
+//! [font-license]: ../../../src/report/fonts/LICENSE-DejaVu.txt
 #![doc = include_str!("../README.md")]
 //!
-//! # The house
+//! # Modules
 //!
-//! Data flows one way, and the modules stand in that order:
+//! Data flows one way, and every module knows only those before it:
 //!
 //! ```text
 //! scenario ─▶ path ─▶ feedrate ─▶ interpolator ─▶ servo ─▶ contour ─▶ recording, report
@@ -10,33 +30,33 @@
 //!   cli    toolpath, nc ─▶ machining ─────────────────────┘
 //! ```
 //!
-//! | module | what lives there |
+//! | module | contents |
 //! |---|---|
 //! | [`lane`] | numbers side by side: what the hot loops are generic over |
-//! | [`path`] | PH quintic splines, NURBS, lines, polylines, circles; length, point, tangent and curvature at arc length, nearest point |
-//! | [`optimize`] | pattern search, Nelder-Mead, CMA-ES: a function in, the best point and the history out |
-//! | [`feedrate`] | profiles, motion `s(t)` along a length |
+//! | [`path`] | PH quintic splines, NURBS, lines, polylines, circles: arc length, point, tangent, curvature, nearest point |
+//! | [`optimize`] | pattern search, Nelder-Mead, CMA-ES |
+//! | [`feedrate`] | feedrate profiles, motion `s(t)` along a length, look-ahead, feed override |
 //! | [`interpolator`] | path and motion to a stream of setpoints |
-//! | [`servo`] | plant, PDFF controller, the axis loop, lock-up; the detailed drive model: effects, controllers, compensation |
-//! | [`analysis`] | the sampled loop in closed form: margins, sensitivity, poles, bandwidth, step response |
+//! | [`servo`] | plant, controllers, axis loop, lock-up; the detailed drive model: effects and compensation |
+//! | [`analysis`] | the sampled loop: margins, sensitivity, poles, bandwidth, step response |
 //! | [`contour`] | contouring error against a path |
 //! | [`simulation`] | pulls setpoints through the axes and hands each period to observers |
-//! | [`limits`], [`summary`] | what a run is held to, and its metrics |
+//! | [`limits`], [`summary`] | limits of a run, and its metrics |
 //! | [`recording`] | MCAP out and in, CSV |
 //! | [`report`] | plots |
-//! | [`nc`] | NC programs as a stream of blocks: read in every dialect, written in one |
+//! | [`nc`] | NC programs as a stream of blocks, in three dialects |
 //! | [`sweep`] | one scenario at many points: grids, samples, shards, tables |
-//! | [`tuning`] | gains that make the contouring error small and keep stability margin, and whether to trust them |
-//! | [`measure`] | what is measured on machines: circular test, frequency response by stepped sines, step and following error |
-//! | [`learning`] | iterative learning: a correction of the commands over repeated runs |
+//! | [`tuning`] | gains with a small contouring error and enough stability margin |
+//! | [`measure`] | circular test, frequency response by stepped sines, step and following error |
+//! | [`learning`] | iterative learning control |
 //! | [`comparison`] | one scenario in many variants: effects one by one, controllers, sets of gains |
-//! | [`scenario`] | the files as written (scenarios, parts) to checked values, with diagnostics |
-//! | [`toolpath`] | from a surface to tool paths: cutters and where they rest, step-over, rings, B-splines with few control points, links |
-//! | [`machining`] | where tool paths, programs and the loop meet: programs through the machine, the part that is left, its deviation |
-//! | `cli` | the command line (feature `cli`): one file a subcommand |
+//! | [`scenario`] | scenario and part files to checked values, with diagnostics |
+//! | [`toolpath`] | surface to tool path: drop cutter, step-over, rings, fitted B-splines, links |
+//! | [`machining`] | programs through the machine, the part that is cut, its deviation |
+//! | `cli` | the command line (feature `cli`) |
 //!
-//! `path`, `feedrate` and `servo` are the ground floor and do not know each other; [`simulation`] is where they meet, and
-//! everything after it observes it. Lengths are mm, times s, angles rad, voltages V, torques N m; a public name says its unit.
+//! `path`, `feedrate` and `servo` do not know each other; [`simulation`] brings them together, and everything after it
+//! observes it. Lengths are mm, times s, angles rad, voltages V, torques N m; every public name says its unit.
 
 pub mod analysis;
 #[cfg(feature = "cli")]

@@ -1,4 +1,4 @@
-//! What of a drive is linear.
+//! Which effects of a drive are linear.
 
 use serde::Serialize;
 
@@ -6,7 +6,7 @@ use crate::servo::DriveModel;
 use crate::servo::compensation::{Compensation, Filter};
 use crate::servo::effects::{EffectKind, Effects, EncoderPlace, VelocityEstimate};
 
-/// What an analysis takes in of a drive beyond its model, and what it leaves out because it is not linear, in words.
+/// What a linear analysis of a detailed drive includes, and what it neglects, in words.
 #[derive(Debug, Clone, PartialEq, Eq, Default, Serialize)]
 pub struct Linearized {
     /// Name of the controller: `pdff`, `p-pi`, `pid`, `cascade`.

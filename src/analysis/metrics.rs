@@ -1,4 +1,4 @@
-//! All metrics of one axis' loop, and what a servo engineer should hear of them.
+//! All metrics of one axis' loop, with warnings in words.
 
 use nalgebra::Complex;
 use serde::Serialize;

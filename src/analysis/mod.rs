@@ -1,4 +1,4 @@
-//! Analysis of the *sampled* loop of one axis: what its gains are worth before anything is simulated.
+//! Analysis of the *sampled* loop of one axis, without a simulation.
 //!
 //! The loop is that of [`servo`](crate::servo): PDFF controller, exact zero-order-hold plant, linear (no saturation). It is
 //! broken at the plant input, where the voltage goes in:
@@ -10,12 +10,12 @@
 //! L(z) = N / (δ² (δ + c))                                           times 1/z with one sample of delay
 //! ```
 //!
-//! [`SampledLoop`] holds these coefficients: frequency response, poles, closed-loop matrix. [`margins`] tells how far the
-//! loop is from instability, in microseconds, for searches that ask a hundred thousand times. [`bandwidth`], [`step_response`] and
+//! [`SampledLoop`] holds these coefficients: frequency response, poles, closed-loop matrix. [`margins`] computes how far
+//! the loop is from instability, in microseconds. [`bandwidth`], [`step_response`] and
 //! [`error_constants`] tell how it follows.
 //!
 //! [`DriveLoop`] is the same of the detailed drive model: with its delay, current loop, two masses, viscous friction, velocity estimate, filters and
-//! whatever controller it has; nonlinear effects are left out, and named.
+//! whatever controller it has; nonlinear effects are neglected, and named.
 //!
 //! On the unit circle `z = (1 + jv)/(1 - jv)` with `v = tan(ω Δt/2)` makes every condition a small polynomial in `v²`:
 //! crossovers, phase crossovers and the stationary points of the sensitivity of the model are its positive roots. Nothing is sampled

@@ -18,14 +18,16 @@ use super::{CliError, Outcome, plot};
 #[command(after_help = "\
 Examples:
   servosim analyze alpha.toml
-  servosim analyze alpha.toml --set axes.x.pdff.kpv=2 --set control.delay_samples=1
+  servosim analyze alpha --set axes.x.pdff.kpv=2 --set control.delay_samples=1
   servosim analyze alpha --set axes.x.effects.delay.samples=0.5
   servosim analyze heart --format json --plots none
 
-The loops are linear: no saturation. Of a detailed drive, delay, current loop, two masses, viscous friction, mismatch, velocity
-estimate, encoder place, filters, feedforward and the controller are in the loop; friction, backlash, counts, DAC, noise, pitch,
-ripple and force are not, and the table says so. SCENARIO is looked for as `servosim run` does.
-Exits with 3 if a loop is unstable.")]
+The analysis is linear: no saturation. With the detailed drive model it includes delay, current loop, two \
+masses, viscous friction, mismatch, velocity estimate, encoder place, filters, feedforward and the controller; \
+it neglects friction, backlash, encoder quantisation, DAC, noise, pitch error, ripple and force, and the table \
+says so.
+
+SCENARIO is looked for as by `servosim run`. Exits with 3 if a loop is unstable.")]
 pub(crate) struct AnalyzeArgs {
     /// Scenario file, or name of a built-in scenario
     scenario: String,

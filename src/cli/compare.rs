@@ -24,18 +24,24 @@ const MOST_COLUMNS: usize = 12;
 #[derive(Debug, Args)]
 #[command(after_help = "\
 Examples:
-  servosim compare alpha-real                                     each effect of its drives alone, and all of them
-  servosim compare alpha --controllers pdff,p-pi,pid,cascade      the same loops under other controllers
-  servosim compare alpha-real --gains output/alpha-tuned.toml     do tuned gains stand the detailed drive model?
+  servosim compare alpha-real
+      each effect of its drives alone, and all of them
+  servosim compare alpha --controllers pdff,p-pi,pid,cascade
+      the same loops under other controllers
+  servosim compare alpha-real --gains output/alpha-tuned.toml
+      tuned gains with the detailed drive model
 
-Rows are what the drives do: the ideal model, each effect of the scenario alone, all of them, all with its compensation. Columns are
-how the axes are controlled. A cell is the largest contouring error of a whole run; Δ is the largest difference of the contouring error
-from that of the ideal model, at the same time: what the drives add. The runs of the last row are laid over each other in plots.
-Exits with 3 if an axis locks up or a loop diverges in any run, or if a run of the last row breaks a limit of the scenario.")]
+Rows are drives: the ideal drive model, each effect of the scenario alone, all effects, and all effects with \
+compensation. Columns are controllers or sets of gains. A cell is the largest contouring error of a whole run; Δ \
+is the largest difference of the contouring error from that of the ideal drive model at the same time. The plots \
+lay the runs of the last row over each other.
+
+Exits with 3 if an axis locks up or a loop diverges in any run, or if a run of the last row breaks a limit of \
+the scenario.")]
 pub(crate) struct CompareArgs {
     /// Scenario file, or name of a built-in scenario
     scenario: String,
-    /// Controllers, each a column; gains that the scenario does not give are those of the same loops
+    /// Controllers, each a column; gains that the scenario does not give are those of equal loops
     #[arg(long, value_name = "KIND,…", value_enum, value_delimiter = ',')]
     controllers: Vec<Kind>,
     /// A scenario whose PDFF gains become one more column (may be given again)

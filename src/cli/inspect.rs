@@ -18,17 +18,18 @@ use super::{CliError, Outcome};
 #[derive(Debug, Clone, Args)]
 #[command(after_help = "\
 Examples:
-  servosim inspect output/alpha.mcap                   what the recording holds
-  servosim inspect alpha --csv > alpha.csv             every sample, for a spreadsheet or pandas
-  servosim inspect alpha --format json | jq .summary   the metrics of the run")]
+  servosim inspect output/alpha.mcap          what the recording holds
+  servosim inspect alpha --csv > alpha.csv    every sample, for a spreadsheet
+  servosim inspect alpha --format json | jq .summary
+                                              the metrics of the run")]
 pub(crate) struct InspectArgs {
     /// The recording: a file (.mcap, or the .mcap.partial of an interrupted run), or the name of one in the folder output
     #[arg(value_name = "RECORDING")]
     file: PathBuf,
-    /// How the contents are summarised: for people, or as one JSON object
+    /// Form of the summary: text, or one JSON object
     #[arg(long, value_enum, default_value_t = InspectFormat::Text, conflicts_with = "csv")]
     format: InspectFormat,
-    /// Write the samples of /servo as CSV to standard output instead; those of /drives, the drive signals, stand beside them
+    /// Write every sample as CSV to standard output instead: the signals of /servo and /drives
     #[arg(long)]
     csv: bool,
 }

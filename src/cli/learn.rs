@@ -20,20 +20,23 @@ Examples:
   servosim learn alpha --runs 10
   servosim learn alpha-real --runs 20 --gain 0.5 --cutoff-hz 40
 
-Each run is corrected by what the one before has taught: the error, through the inverse of the axis' linear model and a low pass without
-phase. What was learned goes to NAME-learned.csv: for every sample, what to add to the position commands. The last line tells how the
-scenario runs with it: `learned.file = \"…\"` at its top, or --set learned.file=…, seen from the folder of the scenario. A scenario
-that has a file goes on from there.
-The best run is the one with the smallest tracking error (rms), which is what is learned from.
-Exits with 3 if learning diverges, an axis locks up or a loop is unstable; the correction of the best run is written all the same, as it
-is after Ctrl-C.")]
+Each run is corrected by what the run before has taught: its error, through the inverse of the axis' linear \
+model and a zero-phase low pass. The correction goes to NAME-learned.csv: for every sample, the offset of the \
+position commands. The last line says how the scenario runs with it: `learned.file = \"…\"` at the top of the \
+file, or --set learned.file=…, relative to the folder of the scenario. A scenario that has such a file continues \
+from there.
+
+The best run is the one with the smallest rms tracking error, from which is learned.
+
+Exits with 3 if learning diverges, an axis locks up or a loop is unstable; the correction of the best run is \
+written in any case, also after Ctrl-C.")]
 pub(crate) struct LearnArgs {
     /// Scenario file, or name of a built-in scenario
     scenario: String,
-    /// Runs in all, the first without a correction, or with the one that the scenario has
+    /// Number of runs; the first has no correction, or the one of the scenario
     #[arg(long, value_name = "N", default_value_t = 10)]
     runs: u32,
-    /// Learning gain, below 2: with the exact model each run leaves |1 - gain| of the error
+    /// Learning gain, below 2: with an exact model |1 - gain| of the error remains after each run
     #[arg(long, value_name = "GAIN", default_value_t = 0.8, allow_hyphen_values = true)]
     gain: f64,
     /// Cutoff of the low pass [default: a quarter of the bandwidth of the slower axis, at most a tenth of the Nyquist frequency]

@@ -18,12 +18,12 @@ use super::{CliError, Outcome, analyze, plot};
 #[derive(Debug, Args)]
 #[command(after_help = "\
 Examples:
-  servosim measure circle alpha-real --radius-mm 50 --feed-mm-s 50   how round a circle becomes
-  servosim measure response alpha --points 100                       from command to table, up to half the Nyquist frequency
-  servosim measure step alpha --step-um 1 --window-um 0.1            rise, settling, following error
+  servosim measure circle alpha-real --radius-mm 50 --feed-mm-s 50
+  servosim measure response alpha --points 100
+  servosim measure step alpha --step-um 1 --window-um 0.1
 
-The drives are those of the scenario, with their effects and compensation; nothing is cut meanwhile. `servosim help measure KIND` tells
-what each takes.")]
+The drives are those of the scenario, with effects and compensation, without cutting force. `servosim help \
+measure KIND` describes each.")]
 pub(crate) struct MeasureArgs {
     #[command(subcommand)]
     kind: Kind,
@@ -65,13 +65,17 @@ impl Common {
 #[command(after_help = "\
 Examples:
   servosim measure circle alpha-real
-  servosim measure circle alpha-real --feed-mm-s 20 --set axes.x.effects.friction.coulomb.static_nm=0.4
+  servosim measure circle alpha-real --set axes.x.effects.friction.coulomb.static_nm=0.4
   servosim measure circle alpha --radius-mm 10 --format json --plots none
 
-G: smallest distance of two concentric circles that hold the path of one direction; G(b): of both. F: radial deviation from the
-nominal circle. D: mean radius less the nominal one. H: largest radial distance of the two paths. A spike is what goes beyond the
-levels before and after a reversal (-: nothing that stands out of the ripple elsewhere); lost motion is their step.
-Exits with 3 if an axis locks up.")]
+  G     smallest distance of two concentric circles that contain the path of one
+        direction; G(b): of both
+  F     radial deviation from the nominal circle
+  D     mean radius minus the nominal one
+  H     hysteresis: largest radial distance of the two paths
+
+A reversal spike is what exceeds the levels before and after a reversal (-: nothing that stands out of the \
+ripple elsewhere); lost motion is the step between these levels. Exits with 3 if an axis locks up.")]
 struct CircleArgs {
     #[command(flatten)]
     common: Common,
@@ -87,7 +91,7 @@ struct CircleArgs {
     /// Where the measured turns start: 0 on +X, 90 on +Y
     #[arg(long, value_name = "DEG", default_value_t = 0.0, allow_hyphen_values = true)]
     start_deg: f64,
-    /// Turns measured in each direction; those in which the feed is reached are left out
+    /// Turns measured in each direction, not counting those in which the feed is reached
     #[arg(long, value_name = "N", allow_hyphen_values = true, default_value_t = 1)]
     turns: u32,
 }
@@ -96,13 +100,15 @@ struct CircleArgs {
 #[command(after_help = "\
 Examples:
   servosim measure response alpha
-  servosim measure response alpha-real --low-hz 2 --high-hz 200 --points 40 --amplitude-um 20
+  servosim measure response alpha-real --low-hz 2 --high-hz 200 --amplitude-um 20
 
-One sine after the other, each until two blocks of whole periods agree. The amplitude is chosen so that no drive saturates. The
-bandwidth is measured more finely between the two points around it. The linear analysis is that of `servosim analyze`: of the
-detailed drives, without what is not linear. Cross-coupled control, which takes both axes, is left out: each is measured by itself.
-The highest frequency is at most 0.95 of the Nyquist frequency (475 Hz at a control period of 1 ms): nearer to it the samples hardly
-tell a sine from its mirror image above it, and at it they see no phase. Exits with 3 if a loop is unstable: it has no response.")]
+Stepped sines: one frequency after the other, each until two blocks of whole periods agree. The amplitude is \
+chosen so that no drive saturates. The bandwidth is then measured more finely between its two neighbouring \
+frequencies. The linear analysis beside it is that of `servosim analyze`. Each axis is measured by itself, \
+without cross-coupled control.
+
+The highest frequency is 0.95 of the Nyquist frequency (475 Hz at a control period of 1 ms): closer to it the \
+samples hardly distinguish a sine from its alias. Exits with 3 if a loop is unstable.")]
 struct ResponseArgs {
     #[command(flatten)]
     common: Common,
@@ -126,8 +132,8 @@ Examples:
   servosim measure step alpha
   servosim measure step alpha-real --step-um 1 --window-um 0.2 --feed-mm-s 30
 
-Each axis by itself, without cross-coupled control: a step of its command; then a ramp from rest to the feed and to rest again. Exits with 3 if a loop is unstable
-or locks up.")]
+Each axis by itself, without cross-coupled control: a step of its command, then a ramp from rest to the feed and \
+back to rest. Exits with 3 if a loop is unstable or locks up.")]
 struct StepArgs {
     #[command(flatten)]
     common: Common,

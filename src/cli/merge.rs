@@ -17,7 +17,7 @@ Example, the tasks of a job array and then the join:
   servosim sweep alpha --vary axes.x.pdff.kpp=60:140:1001 --shard 2/2
   servosim merge output/alpha-sweep.*.part
 
-The tables have the same bytes as those of the undivided sweep. The parts are left as they are.")]
+The tables have the same bytes as those of the undivided sweep. The parts are not changed.")]
 pub(crate) struct MergeArgs {
     /// The parts of a sweep, in any order: NAME-sweep.I-of-N.part
     #[arg(required = true, value_name = "PART")]

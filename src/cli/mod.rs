@@ -47,26 +47,27 @@ use clap::{Parser, Subcommand};
 #[command(version, propagate_version = true, max_term_width = 100, arg_required_else_help = true)]
 #[command(after_help = "\
 Examples:
-  servosim run alpha.toml                              run a scenario: metrics, recording and plots
-  servosim run heart --set axes.x.pdff.kpp=120         the same with another gain
-  servosim sweep alpha --vary axes.x.pdff.kpp=60:140:81   the same at 81 gains: tables and a plot
-  servosim tune alpha.toml                             better gains, as output/alpha-tuned.toml
-  servosim toolpath patch.toml                         a part's tool path and NC program
-  servosim run output/patch.nc                         the part that this machine would cut
-  servosim compare alpha-real                          what each effect of the drives costs
-  servosim measure circle alpha-real                   a circular test: how round, spikes, polar plot
-  servosim learn alpha                                 learn a correction over repeated runs
-  servosim plot alpha heart                            lay two runs over each other
-  servosim inspect output/alpha.mcap --csv             every sample as CSV
-  servosim analyze alpha.toml                          stability margins, Bode and Nyquist plots
-  servosim test scenarios --junit report.xml           hold every scenario of a folder to its limits
-  servosim new mine && servosim run mine.toml          start one of your own
+  servosim run alpha.toml                        run a scenario: table, recording, plots
+  servosim run heart --set axes.x.pdff.kpp=120   the same with another gain
+  servosim sweep alpha --vary x.kpp=60:140:81    the same with 81 gains
+  servosim tune alpha.toml                       better gains: output/alpha-tuned.toml
+  servosim analyze alpha.toml                    stability margins, Bode and Nyquist plots
+  servosim compare alpha-real                    the effects of the drives one by one
+  servosim measure circle alpha-real             circular test
+  servosim learn alpha                           learn a correction over repeated runs
+  servosim toolpath patch.toml                   tool path and NC program of a part
+  servosim run output/patch.nc                   the part that this machine would cut
+  servosim plot alpha heart                      lay two runs over each other
+  servosim inspect output/alpha.mcap --csv       every sample as CSV
+  servosim test scenarios --junit report.xml     check the limits of a folder of scenarios
+  servosim new mine && servosim run mine.toml    start your own
 
 Exit codes:
   0  fine
   1  failed while running, or interrupted
   2  wrong usage, or an invalid scenario
-  3  a limit of the scenario was broken, a loop locked up or is unstable, or no gains keep the constraints")]
+  3  a limit was broken, a loop locked up or is unstable, or no gains keep the
+     constraints")]
 struct Cli {
     #[command(subcommand)]
     command: Command,
@@ -74,11 +75,11 @@ struct Cli {
 
 #[derive(Debug, Subcommand)]
 enum Command {
-    /// Run a scenario and print its metrics
+    /// Run a scenario or an NC program
     Run(run::RunArgs),
     /// Search gains with a smaller contouring error that keep stability margin
     Tune(tune::TuneArgs),
-    /// Run a scenario in variants side by side: effects one by one, controllers, sets of gains
+    /// Compare variants of a scenario: effects one by one, controllers, sets of gains
     Compare(compare::CompareArgs),
     /// Measure the drives as on a machine: circular test, frequency response, step
     Measure(measure::MeasureArgs),
@@ -90,17 +91,17 @@ enum Command {
     Merge(merge::MergeArgs),
     /// Plot recordings, one or several laid over each other
     Plot(plot::PlotArgs),
-    /// Run many scenarios and hold each to its limits: a table, JUnit XML for CI
+    /// Run many scenarios and check their limits: a table, JUnit XML for CI
     Test(test::TestArgs),
-    /// Tell what a recording holds, or export it as CSV
+    /// Show what a recording holds, or export it as CSV
     Inspect(inspect::InspectArgs),
-    /// Tell how stable the servo loops are: margins, poles, step response; Bode and Nyquist plots
+    /// Analyse the servo loops: margins, poles, step response; Bode and Nyquist plots
     Analyze(analyze::AnalyzeArgs),
     /// Check scenarios and parts without running them
     Check(check::CheckArgs),
     /// Write a commented scenario or part to start from
     New(new::NewArgs),
-    /// Make a part's tool path and NC program, and tell what the program leaves of the part
+    /// Plan the tool path of a part, write its NC program and check the part as programmed
     Toolpath(toolpath::ToolpathArgs),
     /// Compare the step-over formulas: a table, and their error as a plot
     Stepover(stepover::StepoverArgs),

@@ -14,7 +14,7 @@ use super::CliError;
 /// Where files go, and what is printed.
 #[derive(Debug, Args)]
 pub(crate) struct OutputArgs {
-    /// Folder for all that is written; made if it is missing
+    /// Folder for all output; created if it is missing
     #[arg(long = "output", value_name = "DIR", default_value = "output")]
     pub(super) folder: PathBuf,
     /// Format of the plots
@@ -30,7 +30,7 @@ pub(crate) struct PrintArgs {
     /// What to print: a table, or the metrics as one JSON object and nothing else
     #[arg(long, value_enum, default_value = "table")]
     format: Format,
-    /// Print no table, no progress and no notes: only errors, what is broken, and the JSON if asked for
+    /// Print no table, progress or notes: only errors, broken limits, and JSON if asked for
     #[arg(long, short)]
     pub(super) quiet: bool,
 }

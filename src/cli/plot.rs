@@ -20,23 +20,23 @@ const MOST_RUNS: usize = 16;
 #[derive(Debug, Args)]
 #[command(after_help = "\
 Examples:
-  servosim plot output/alpha.mcap                           plots of one run
-  servosim plot before/alpha.mcap after/alpha.mcap          two runs laid over each other
-  servosim plot alpha heart --format png                    looked for as output/alpha.mcap, output/heart.mcap")]
+  servosim plot output/alpha.mcap                     plots of one run
+  servosim plot before/alpha.mcap after/alpha.mcap    two runs laid over each other
+  servosim plot alpha heart --format png              output/alpha.mcap, output/heart.mcap")]
 pub(crate) struct PlotArgs {
     /// Recordings: files, or names of recordings in the folder output
     #[arg(required = true, value_name = "RECORDING")]
     recordings: Vec<PathBuf>,
-    /// Folder for the plots; made if it is missing
+    /// Folder for the plots; created if it is missing
     #[arg(long, value_name = "DIR", default_value = "output")]
     output: PathBuf,
     /// Format of the plots
     #[arg(long, value_enum, default_value = "svg")]
     format: Format,
-    /// What the plots' names begin with [default: the runs' names]
+    /// Prefix of the plots' file names [default: the runs' names]
     #[arg(long, value_name = "NAME")]
     name: Option<String>,
-    /// Do not tell what was written
+    /// Do not list the files that were written
     #[arg(long, short)]
     quiet: bool,
 }

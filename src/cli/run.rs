@@ -22,24 +22,29 @@ use super::{CliError, Outcome, analyze, compare, plot, program, table};
 #[command(after_help = "\
 Examples:
   servosim run alpha.toml
-  servosim run alpha.toml --set feedrate.feed_mm_s=150 --set limits.contour_error_um=50
+  servosim run alpha --set feedrate.feed_mm_s=150 --set limits.contour_error_um=50
   servosim run alpha.toml --set feedrate.profile.quintic.phase_s=0.1
   servosim run heart --format json --plots none
   servosim run output/patch.nc
 
-What the drives do beside their models is switched on in the scenario, a table each:
-  [axes.x.effects]     mismatch, encoder, noise, delay, dac, current_loop, two_mass, friction,
-                       backlash, pitch, ripple, force; integration (how finely all that is computed)
-  [axes.x.compensation]    notch, low_pass, acceleration, friction, backlash, pitch, zero_phase
-  [axes.x.controller]  p_pi, pid, cascade
-  [control.cross_coupling], and [[feedrate.override]], which turns the feed during the run
-  learned.file         what `servosim learn` wrote, a correction of the commands
-`servosim schema` lists every key. A scenario with effects gets a table of what each costs, and its
-recording a topic /drives: the drive signals in every control period.
+Tables of a scenario beyond the ideal drive model:
+  [axes.x.effects]          mismatch, encoder, noise, delay, dac, current_loop,
+                            two_mass, friction, backlash, pitch, ripple, force;
+                            integration (step size)
+  [axes.x.compensation]     notch, low_pass, acceleration, friction, backlash,
+                            pitch, zero_phase
+  [axes.x.controller]       p_pi, pid, cascade
+  [control.cross_coupling]  cross-coupled control
+  [[feedrate.override]]     feed override and feed hold during the run
+  learned.file              a correction that `servosim learn` has written
 
-SCENARIO is looked for as a file, then in the folder scenarios, then among the built-in ones (alpha, alpha-real, heart, star).
-A name that ends in .nc (.ngc .mpf .tap .gcode …) is an NC program: it runs on the machine of its part, PROGRAM.part.toml beside
-it (`servosim toolpath` writes both), and the part that it would cut is compared with the surface.")]
+`servosim schema` lists every key. For a scenario with effects a table shows the error with each of them, and \
+the recording has a topic /drives with the drive signals of every control period.
+
+SCENARIO is looked for as a file, then in the folder scenarios, then among the built-in ones (alpha, alpha-real, \
+heart, star). A name that ends in .nc (.ngc .mpf .tap .gcode …) is an NC program: it runs on the machine of its \
+part, PROGRAM.part.toml beside it (`servosim toolpath` writes both), and the part that it would cut is compared \
+with the surface.")]
 pub(crate) struct RunArgs {
     /// Scenario file, name of a built-in scenario, or NC program
     pub(super) scenario: String,

@@ -8,7 +8,7 @@ use super::{CliError, Outcome, output};
 /// Arguments of `servosim schema`.
 #[derive(Debug, Args)]
 pub(crate) struct SchemaArgs {
-    /// That of part files instead
+    /// Schema of part files
     #[arg(long)]
     part: bool,
 }

@@ -16,14 +16,16 @@ const MOST: [usize; 2] = [6, 24];
 #[derive(Debug, Args)]
 #[command(after_help = "\
 Examples:
-  servosim stepover                                           the paper's table and plot
-  servosim stepover --radius 3 --scallop 0.005,0.02 --curvature 40,-12,inf --range 3.5:200
+  servosim stepover                          the paper's table and plot
+  servosim stepover --radius 3 --scallop 0.005,0.02 --curvature 40,-12,inf
 
-A ball-end cutter of radius r leaves ridges of height h between passes that are w apart, on a surface of curvature radius R:
+A ball-end cutter of radius r leaves ridges of height h between passes at a distance w, on a surface of \
+curvature radius R:
   flat    w = 2 √(2 r h - h²)
   exact   w = |R| √(4 (R+r)² (R+h)² - (R² + 2 R r + (R+h)²)²) / (|R+r| |R+h|)
   fast    w = √(8 h r R / (R + r))
-R is positive where the surface is convex, negative where it is concave, inf where it is flat. All lengths are mm.")]
+R is positive where the surface is convex, negative where it is concave, inf
+where it is flat. All lengths are mm.")]
 pub(crate) struct StepoverArgs {
     /// Radius r of the ball-end cutter [mm]
     #[arg(long, value_name = "MM", default_value = "5", allow_negative_numbers = true)]

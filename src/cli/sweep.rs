@@ -20,27 +20,30 @@ use super::{CliError, Outcome as Found, is_watched, plot, run};
 #[derive(Debug, Args)]
 #[command(after_help = "\
 Examples:
-  servosim sweep alpha --vary axes.x.pdff.kpp=60:140:81 --vary axes.x.pdff.kiv=100:400:61
+  servosim sweep alpha --vary x.kpp=60:140:81 --vary x.kiv=100:400:61
   servosim sweep alpha --vary feedrate.feed_mm_s=50,100,150
-  servosim sweep alpha --vary axes.x.plant.gain_rad_s_v=±20% --vary axes.y.plant.gain_rad_s_v=±20% \\
-      --method sobol --samples 4096
-  servosim sweep alpha --vary 'axes.x.pdff.kpp=normal(±5%)' --samples 10000 --seed 7
+  servosim sweep alpha --vary axes.x.plant.gain_rad_s_v=±20% \\
+      --vary axes.y.plant.gain_rad_s_v=±20% --method sobol --samples 4096
+  servosim sweep alpha --vary 'x.kpp=normal(±5%)' --samples 10000 --seed 7
   servosim sweep alpha --vary axes.x.pdff.kpp=60:140:100001 --shard 3/8
-      one of 8 tasks of a job array; when all are done: servosim merge output/*.part
+      one of 8 tasks of a job array; at the end: servosim merge output/*.part
 
 Values of --vary:
   60:140:81        81 values from 60 to 140
   60:140:81:log    the same, evenly spaced in the logarithm
   50,100,150       a list
-  ±20%:5           5 values around the scenario's own one (also typed +-20%); ±2:5 in its unit
+  ±20%:5           5 values around the scenario's own (also typed +-20%); ±2:5 in
+                   its unit
 and for sampled sweeps:
   60:140           any value between; also 60:140:log, ±20%, ±2
-  normal(97.4, 2)  normally distributed: mean and standard deviation; also normal(±5%)
-The table that the scenario has chosen may be left out of a key: axes.x.plant.gain_rad_s_v.
-A gain has a short key too: x.kpp is axes.x.pdff.kpp.
+  normal(97.4, 2)  normally distributed: mean and standard deviation; also
+                   normal(±5%)
 
-Writes NAME-sweep.parquet, NAME-sweep.csv and NAME-sweep.svg. Until then NAME-sweep.journal keeps
-what is computed: after a kill or Ctrl-C the same command goes on from there.")]
+The table that the scenario has chosen may be omitted from a key: axes.x.plant.gain_rad_s_v. A gain has a short \
+key: x.kpp is axes.x.pdff.kpp.
+
+Writes NAME-sweep.parquet, NAME-sweep.csv and NAME-sweep.svg. Until then NAME-sweep.journal keeps the results so \
+far: after a kill or Ctrl-C the same command continues from there.")]
 pub(crate) struct SweepArgs {
     /// Scenario file, or name of a built-in scenario
     scenario: String,
@@ -50,8 +53,8 @@ pub(crate) struct SweepArgs {
     /// Replace one value of the scenario at all points, such as axes.x.pdff.kpp=120 (may be given again)
     #[arg(long = "set", value_name = "KEY=VALUE")]
     set: Vec<String>,
-    /// How points are chosen [default: a grid where every value is counted and no --samples is given, else monte-carlo with
-    /// a normal(…), latin-hypercube without]
+    /// How points are chosen [default: grid if every --vary lists its values and there is no --samples; else monte-carlo if
+    /// one is normal(…), latin-hypercube if none is]
     #[arg(long, value_enum)]
     method: Option<MethodName>,
     /// How many points a sampled method takes
@@ -67,7 +70,7 @@ pub(crate) struct SweepArgs {
     /// Compute the I-th of N parts only, for `servosim merge`
     #[arg(long, value_name = "I/N", value_parser = shard)]
     shard: Option<Shard>,
-    /// Throw away what an earlier sweep has left in the journal
+    /// Discard the journal of an earlier sweep
     #[arg(long)]
     fresh: bool,
     #[command(flatten)]
@@ -77,7 +80,7 @@ pub(crate) struct SweepArgs {
 /// What is made of the metrics, by `sweep` and by `merge`.
 #[derive(Debug, Args)]
 pub(crate) struct FinishArgs {
-    /// The metric that the plot, the best point and the percentiles are of: a column of the tables
+    /// Metric of the plot, the best point and the percentiles: a column of the tables
     #[arg(long, alias = "figure", value_name = "COLUMN", default_value = "max_contour_error_um", value_parser = metric_of)]
     metric: Metric,
     #[command(flatten)]

@@ -21,13 +21,13 @@ use super::{CliError, Outcome, junit, tell};
 #[derive(Debug, Args)]
 #[command(after_help = "\
 Examples:
-  servosim test scenarios                                every scenario of a folder
+  servosim test scenarios                       every scenario of a folder
   servosim test alpha heart --set feedrate.feed_mm_s=120
-  servosim test scenarios --junit report.xml             what a CI server reads
+  servosim test scenarios --junit report.xml    for a CI server
 
-Nothing is recorded and nothing is plotted. The output does not depend on the number of jobs.
-Exits with 3 if a limit is broken or a loop locks up, with 2 if a scenario cannot be used (the
-others run), with 1 if one fails while running.")]
+Nothing is recorded and nothing is plotted. The output does not depend on the number of jobs. Exits with 3 if a \
+limit is broken or a loop locks up, with 2 if a scenario cannot be used (the others run), with 1 if one fails \
+while running.")]
 pub(crate) struct TestArgs {
     /// Scenario files, names of built-in scenarios, or folders (every *.toml file in them but parts)
     #[arg(required = true, value_name = "FILE_OR_FOLDER")]
@@ -38,7 +38,7 @@ pub(crate) struct TestArgs {
     /// Write the results as JUnit XML
     #[arg(long, value_name = "FILE")]
     junit: Option<PathBuf>,
-    /// How many scenarios run at a time [default: as many as there are cores]
+    /// Number of scenarios that run at a time [default: number of cores]
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..))]
     jobs: Option<u16>,
     #[command(flatten)]

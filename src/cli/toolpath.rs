@@ -17,11 +17,11 @@ use super::{CliError, Outcome, part_table, pictures, plot, table};
 #[command(after_help = "\
 Examples:
   servosim toolpath patch.toml
-  servosim toolpath patch.toml --set toolpath.tolerance_mm=0.01 --set program.dialect=fanuc
+  servosim toolpath patch --set toolpath.tolerance_mm=0.01 --set program.dialect=fanuc
   servosim toolpath island.toml --output nc --format json
 
-PART is looked for as a file, then in the folder scenarios, then among the built-in ones (patch, island).
-The program is OUTPUT/NAME.nc; beside it NAME.part.toml keeps the part as it was, for `servosim run OUTPUT/NAME.nc`.")]
+PART is looked for as a file, then in the folder scenarios, then among the built-in ones (patch, island). The \
+program is OUTPUT/NAME.nc; beside it NAME.part.toml keeps the part as it was, for `servosim run OUTPUT/NAME.nc`.")]
 pub(crate) struct ToolpathArgs {
     /// Part file, or name of a built-in part
     part: String,

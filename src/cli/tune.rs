@@ -22,30 +22,29 @@ use super::{CliError, Outcome, plot, tune_file, tune_table};
 Examples:
   servosim tune alpha.toml && servosim run output/alpha-tuned.toml
   servosim tune heart --max-ms 1.4 --min-delay-margin-ms 1
-  servosim tune alpha --gains kpp,kpf                       these gains of both axes
+  servosim tune alpha --gains kpp,kpf    these gains of both axes
   servosim tune alpha --vary axes.x.pdff.kpp=60:140 --vary x.kpf
-  servosim tune alpha --objective rms --uncertainty 30% --method nelder-mead --seed 7
+  servosim tune alpha --objective rms --uncertainty 30% --method nelder-mead
 
-What is minimised is the objective of the nominal plants plus --worst-weight times that of the
-worst plant at the corners of the uncertainty (corners whose plants would need more than the drive's
-voltage are left out). Only gains are allowed with which Ms and delay margin keep their limits,
-every plant of the uncertainty is stable, and no axis saturates or locks up.
+The objective is that of the nominal plants plus --worst-weight times that of the worst plant at the corners of \
+the uncertainty (without corners whose plants would need more than the voltage limit). Gains are allowed only if \
+Ms and delay margin keep their limits, every plant of the uncertainty is stable, and no axis saturates or locks \
+up.
 
-Bounds are by default a third to three times the scenario's own gain (kpp, kpv, kiv), half to twice
-(kpf, kvf), and for a gain of 0 from 0 to that of a stiff loop.
+Default bounds are a third to three times the scenario's own gain (kpp, kpv, kiv), half to twice (kpf, kvf), and \
+for a gain of 0 from 0 to that of a stiff loop.
 
-Tuning runs the models of the axes, K/(1 + τ s) under PDFF control: effects and compensation of the drives
-take no part, and other controllers are refused. `servosim compare FILE --gains output/NAME-tuned.toml`
-judges the tuned gains on the detailed drive model.
+Tuning runs the ideal drive model, K/(1 + τ s) under PDFF control: effects and compensation are ignored, and \
+other controllers are refused. `servosim compare FILE --gains output/NAME-tuned.toml` shows the tuned gains with \
+the detailed drive model.
 
 Writes NAME-tuned.toml, the scenario with its comments and the tuned gains, and NAME-tune.svg.
 
-Exit codes: 0 tuned, 1 interrupted (the best so far is written), 2 wrong usage, 3 no gains keep the
-constraints.")]
+Exit codes: 0 tuned, 1 interrupted (the best so far is written), 2 wrong usage, 3 no gains keep the constraints.")]
 pub(crate) struct TuneArgs {
     /// Scenario file, or name of a built-in scenario
     scenario: String,
-    /// Replace one value of the scenario first, such as axes.x.pdff.kvf=1 (may be given again)
+    /// Replace one value of the scenario, such as axes.x.pdff.kvf=1 (may be given again)
     #[arg(long = "set", value_name = "KEY=VALUE")]
     set: Vec<String>,
     /// Gains that may be changed, on both axes [default: all, kpp,kpv,kiv,kpf,kvf, if there is no --vary]
@@ -54,10 +53,10 @@ pub(crate) struct TuneArgs {
     /// One gain that may be changed, with its bounds or without (may be given again)
     #[arg(long, value_name = "KEY[=LOW:HIGH]")]
     vary: Vec<String>,
-    /// What is to be small: the largest contouring error, its rms, or the largest one weighted with the peak voltage
+    /// What is minimised: the largest contouring error, its rms, or the largest one plus weighted peak voltage
     #[arg(long, value_enum, default_value = "max")]
     objective: ObjectiveName,
-    /// What one volt counts for in the weighted objective [µm/V]
+    /// Weight of the peak voltage in the weighted objective [µm/V]
     #[arg(long, value_name = "WEIGHT", default_value_t = 0.1, allow_negative_numbers = true)]
     voltage_weight: f64,
     /// Largest peak sensitivity of an axis
@@ -66,19 +65,19 @@ pub(crate) struct TuneArgs {
     /// Smallest delay margin of an axis [ms]
     #[arg(long, value_name = "MARGIN", allow_negative_numbers = true)]
     min_delay_margin_ms: Option<f64>,
-    /// How far the plants may be from their values: gain and time constant, or GAIN,TIME-CONSTANT
+    /// Uncertainty of the plants' gain and time constant, or GAIN,TIME-CONSTANT
     #[arg(long, value_name = "SHARE", default_value = "20%", allow_hyphen_values = true)]
     uncertainty: String,
-    /// How much the worst plant of the uncertainty counts beside the nominal ones; 0: not at all
+    /// Weight of the worst plant of the uncertainty beside the nominal ones; 0: none
     #[arg(long, value_name = "WEIGHT", default_value_t = 0.2, allow_negative_numbers = true)]
     worst_weight: f64,
-    /// How every start searches
+    /// Search method of every start
     #[arg(long, value_enum, default_value = "cma-es")]
     method: MethodName,
-    /// How many points the search starts from: the scenario's own gains, the others sampled between the bounds
+    /// Number of starts: the scenario's own gains, the others sampled between the bounds
     #[arg(long, value_name = "N", default_value_t = Tuning::default().starts)]
     starts: usize,
-    /// Seed of all that is sampled: the same seed gives the same answer
+    /// Seed of the random numbers: the same seed gives the same result
     #[arg(long, value_name = "SEED", default_value_t = 1)]
     seed: u64,
     /// How many gain sets are evaluated [default: what takes a few seconds]

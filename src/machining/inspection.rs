@@ -1,4 +1,4 @@
-//! The part that a program leaves: as the program has it, and as a machine cuts it.
+//! The part that a program leaves: as programmed (nominal), and as the machine cuts it.
 
 use std::f64::consts::SQRT_2;
 

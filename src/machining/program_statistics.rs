@@ -1,4 +1,4 @@
-//! What is known of a program without simulating it.
+//! Statistics of a program, without simulating it.
 
 use nalgebra::SVector;
 

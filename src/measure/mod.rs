@@ -1,13 +1,13 @@
-//! What is measured on a machine, measured on a scenario: through the very loop of its runs.
+//! Measurements as on a machine, through the same loop as the runs of a scenario.
 //!
 //! | | |
 //! |---|---|
-//! | [`circle`] | circular test after ISO 230-4: how round a circle becomes, spikes where an axis turns back |
+//! | [`circle`] | circular test after ISO 230-4: circular deviation, hysteresis, reversal spikes |
 //! | [`response`] | frequency response from command to table, by stepped sines in the time domain |
 //! | [`step`] | step of the command, and a ramp at feed: rise, overshoot, settling to a window, following error |
 //!
-//! A measurement takes the drives as the scenario has them, with all their effects and compensation, but nothing is cut meanwhile: the cutting
-//! force is left out. [`analysis`](crate::analysis) says what the linear loop of the same drives would give.
+//! The drives are those of the scenario, with effects and compensation but without cutting force. [`analysis`](crate::analysis) gives the
+//! linear loop of the same drives.
 //!
 //! ```
 //! use servosim::{measure, scenario::Scenario};

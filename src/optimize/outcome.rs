@@ -1,4 +1,4 @@
-//! What a search tells of itself.
+//! Result and history of a search.
 
 use super::Value;
 

@@ -1,5 +1,4 @@
-//! The messages of a run: schema `servosim.Servo`, one a control period, and `servosim.Drives` beside it where the drives are more
-//! than their model.
+//! The messages of a run: schema `servosim.Servo`, one a control period, and `servosim.Drives` beside it with the detailed drive model.
 
 use super::schema::{Described, Draft, Files, fixed_message};
 
@@ -96,13 +95,13 @@ fixed_message! {
 
 fixed_message! {
     "servosim/DriveSignals.proto"
-    /// What one drive tells beside its axis' [`AxisSignals`], where it is more than its model.
+    /// The drive signals of one axis, beside its [`AxisSignals`].
     pub struct DriveSignals {
         /// Position as the controller was signals \[mm\].
         1 => [double] measured_mm: f64,
         /// Velocity as the controller was signals \[rad/s\].
         2 => [double] measured_rad_s: f64,
-        /// Where the motor stands, as travel of the table without backlash, twist and pitch error \[mm\].
+        /// Motor position, as travel of the table without backlash, twist and pitch error \[mm\].
         3 => [double] motor_mm: f64,
         /// Velocity of the table (of the screw, where it is rigid) \[mm/s\].
         4 => [double] table_mm_s: f64,
@@ -184,7 +183,7 @@ pub struct Sample {
     pub servo: Servo,
     /// What a machine with three axes adds to them.
     pub third: Option<Third>,
-    /// The drive signals beside, where they are more than their model.
+    /// The drive signals, with the detailed drive model.
     pub drives: Option<Drives>,
     /// What a machine with three axes adds to that.
     pub third_drive: Option<ThirdDrive>,

@@ -4,7 +4,7 @@
 //! |---|---|---|
 //! | `/servo` | `servosim.Servo` ([`Servo`]) | once a control period; `sequence` is its number `k` |
 //! | | `servosim.Servo3` ([`Servo`], then [`Third`]) | the same of a run with three axes; can be read as a `servosim.Servo` |
-//! | `/drives` | `servosim.Drives` ([`Drives`]) | the drive signals, where they are more than their model: a message before each of `/servo`, of the same `sequence` and time |
+//! | `/drives` | `servosim.Drives` ([`Drives`]) | the drive signals, with the detailed drive model: a message before each of `/servo`, of the same `sequence` and time |
 //! | | `servosim.Drives3` ([`Drives`], then [`ThirdDrive`]) | the same with three axes |
 //! | `/scene` | `foxglove.SceneUpdate` | the desired path at `t = 0`, then the actual path and the magnified error in pieces |
 //! | `/log` | `foxglove.Log` | first and last line, and every [`Event`](crate::limits::Event) between (saturations thinned) |

@@ -1,4 +1,4 @@
-//! Where a recording is written: beside its final name first, and under it only once it is whole.
+//! Where a recording is written: under a temporary name, renamed when it is complete.
 
 use std::fs::{self, File, OpenOptions, TryLockError};
 use std::io::{self, Read};

@@ -9,7 +9,7 @@
 //! | [`PlotKind::Path`] | desired path, actual path, and the contouring error drawn large, at equal scale of both axes |
 //! | [`PlotKind::Contour`] | contouring error over time, its limit, its largest value |
 //! | [`PlotKind::Feedrate`] | feed, acceleration and jerk over time with their limits, beside another profile |
-//! | [`PlotKind::Axes`] | velocity, acceleration and jerk of every axis beside its limits, of a motion that is planned under such limits |
+//! | [`PlotKind::Axes`] | velocity, acceleration and jerk of every axis beside its limits, of an axis-limited motion |
 //! | [`PlotKind::Voltage`] | voltage of every axis with the saturation band |
 //! | [`PlotKind::Space`] | path of a machine with three axes in three dimensions, coloured by its contouring error |
 //! | [`PlotKind::Search`] | pattern search for `n_c`: objective, best point, mesh size and evaluations over iterations |

@@ -1,4 +1,4 @@
-//! From the file as written to checked values. Every value is checked, so that all problems are told at once.
+//! From the file as written to checked values. Every value is checked, so that all problems are reported at once.
 
 use std::ops::Range;
 

@@ -1,4 +1,4 @@
-//! From a part's file as written to checked values. Every value is checked, so that all problems are told at once.
+//! From a part's file as written to checked values. Every value is checked, so that all problems are reported at once.
 
 use std::io;
 use std::ops::{Range, RangeInclusive};

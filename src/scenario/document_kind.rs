@@ -1,4 +1,4 @@
-//! The two kinds of files: scenarios and parts. What is told about a text depends on which keys it may have.
+//! The two kinds of files: scenarios and parts. Diagnostics depend on which keys a file may have.
 
 use std::sync::LazyLock;
 

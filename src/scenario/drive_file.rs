@@ -1,4 +1,4 @@
-//! An axis beyond its model, as written: its controller, what its drive does, and what is done about it.
+//! The detailed drive model of an axis, as written: controller, effects, compensation.
 //!
 //! The doc comments here are the descriptions in the JSON schema (`servosim schema`), which editors show.
 
@@ -8,7 +8,7 @@ use toml::Spanned;
 
 use super::numbers::RawPoint;
 
-/// The controller of an axis. Gains that are left out are those of the same loops as `pdff`.
+/// The controller of an axis. Gains that are not given are those of the same loops as `pdff`.
 #[derive(Debug, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub(super) enum RawController {
@@ -69,22 +69,22 @@ pub(super) struct RawCascade {
     /// Velocity feedforward, in rad/mm. Default: 1/transmission, all of it.
     #[schemars(with = "Option<f64>", range(min = 0))]
     pub(super) velocity_rad_mm: Option<Spanned<f64>>,
-    /// Torque per reference velocity, in N m s/mm. Default: what the plant's viscous friction takes.
+    /// Torque per commanded velocity, in N m s/mm. Default: that of the plant's viscous friction.
     #[schemars(with = "Option<f64>", range(min = 0))]
     pub(super) viscous_nm_s_mm: Option<Spanned<f64>>,
-    /// Torque per reference acceleration, in N m s²/mm. Default: what the plant's inertia takes.
+    /// Torque per commanded acceleration, in N m s²/mm. Default: that of the plant's inertia.
     #[schemars(with = "Option<f64>", range(min = 0))]
     pub(super) acceleration_nm_s2_mm: Option<Spanned<f64>>,
 }
 
-/// What the drive of an axis does that its model leaves out. Every table is off where it is not written.
+/// Effects of the drive beyond the ideal drive model. A table that is not written is off.
 #[derive(Debug, Default, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub(super) struct RawEffects {
-    /// The plant is the model times factors: what the controller's designer does not know.
+    /// Mismatch: the true plant is the identified one times factors.
     #[schemars(with = "Option<RawMismatch>")]
     pub(super) mismatch: Option<Spanned<RawMismatch>>,
-    /// The encoder: where it sits, its counts, how velocity is told from it.
+    /// Encoder: where it is, its resolution, how the velocity is estimated.
     #[schemars(with = "Option<RawEncoder>")]
     pub(super) encoder: Option<Spanned<RawEncoder>>,
     /// White noise on the measured position.
@@ -99,13 +99,13 @@ pub(super) struct RawEffects {
     /// Bandwidth of the amplifier's current loop, of first order.
     #[schemars(with = "Option<RawCurrentLoop>")]
     pub(super) current_loop: Option<Spanned<RawCurrentLoop>>,
-    /// A compliant ballscrew: motor and table are two masses with a spring between them.
+    /// Compliant ballscrew: motor and table are two masses with a spring between them.
     #[schemars(with = "Option<RawTwoMass>")]
     pub(super) two_mass: Option<Spanned<RawTwoMass>>,
-    /// Friction at the table, as a torque at the motor (without `two_mass` the two are one): exactly one of `coulomb` and `lu_gre`.
+    /// Friction of the table, as a torque at the motor: exactly one of `coulomb` and `lu_gre`.
     #[schemars(with = "Option<RawFriction>")]
     pub(super) friction: Option<Spanned<RawFriction>>,
-    /// Play between screw and table.
+    /// Backlash between screw and table.
     #[schemars(with = "Option<RawBacklash>")]
     pub(super) backlash: Option<Spanned<RawBacklash>>,
     /// Pitch error of the screw, counted from where the axis starts.
@@ -117,12 +117,12 @@ pub(super) struct RawEffects {
     /// Cutting force on the table: exactly one of `over_time` and `over_position`.
     #[schemars(with = "Option<RawForce>")]
     pub(super) force: Option<Spanned<RawForce>>,
-    /// How finely what is not linear is integrated: no effect of its own, and without one of no account.
+    /// Step size of the integration of nonlinear effects; not an effect itself.
     #[schemars(with = "Option<RawIntegration>")]
     pub(super) integration: Option<Spanned<RawIntegration>>,
 }
 
-/// The plant is the model times factors.
+/// The true plant is the identified one times factors.
 #[derive(Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub(super) struct RawMismatch {
@@ -138,15 +138,15 @@ pub(super) struct RawMismatch {
 #[derive(Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub(super) struct RawEncoder {
-    /// Where it sits. Default: "motor".
+    /// Where it is. Default: "motor".
     pub(super) place: Option<RawPlace>,
-    /// One count, in µm at the table. Default: 0, as fine as can be.
+    /// Resolution, in µm at the table. Default: 0, no quantisation.
     #[schemars(with = "Option<f64>", range(min = 0))]
     pub(super) resolution_um: Option<Spanned<f64>>,
-    /// How velocity is told. Default: "tachometer".
+    /// Velocity estimate. Default: "tachometer".
     pub(super) velocity: Option<RawVelocity>,
-    /// Corner of the low pass (at most the Nyquist frequency), or bandwidth of the observer, in Hz. Default: 200; at most a fifth of the sampling
-    /// rate, and half of what an observer is stable below.
+    /// Corner of the low pass (at most the Nyquist frequency), or bandwidth of the observer, in Hz. Default: 200, but at most a fifth of the
+    /// sampling rate, and half the bandwidth below which an observer is stable.
     #[schemars(with = "Option<f64>", extend("exclusiveMinimum" = 0))]
     pub(super) velocity_hz: Option<Spanned<f64>>,
     /// Damping of the observer. Default: 1.
@@ -154,23 +154,23 @@ pub(super) struct RawEncoder {
     pub(super) velocity_damping: Option<Spanned<f64>>,
 }
 
-/// Where an encoder sits.
+/// Where an encoder is.
 #[derive(Debug, Clone, Copy, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub(super) enum RawPlace {
-    /// On the motor: it does not see what the screw does.
+    /// On the motor: it does not see the ballscrew.
     Motor,
     /// A scale along the table.
     Table,
 }
 
-/// How velocity is told.
+/// Velocity estimate.
 #[derive(Debug, Clone, Copy, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub(super) enum RawVelocity {
     /// An ideal tachometer on the motor.
     Tachometer,
-    /// Difference of two counts, over one period.
+    /// Difference of two positions, over one period.
     Difference,
     /// The same through a low pass.
     LowPass,
@@ -185,7 +185,7 @@ pub(super) struct RawNoise {
     /// Standard deviation, in µm.
     #[schemars(with = "f64", range(min = 0))]
     pub(super) rms_um: Spanned<f64>,
-    /// Seed of the random numbers; the axes have their own all the same. Default: 1.
+    /// Seed of the random numbers; every axis has its own sequence. Default: 1.
     pub(super) seed: Option<u32>,
 }
 
@@ -193,7 +193,7 @@ pub(super) struct RawNoise {
 #[derive(Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub(super) struct RawDelay {
-    /// From the sample to the voltage, in control periods; parts of one too. Comes on top of `delay_samples`.
+    /// From the sample to the voltage, in control periods, fractions included. Adds to `delay_samples`.
     #[schemars(with = "f64", range(min = 0, max = 16))]
     pub(super) samples: Spanned<f64>,
 }
@@ -231,7 +231,7 @@ pub(super) struct RawTwoMass {
     pub(super) damping_n_s_mm: Option<Spanned<f64>>,
 }
 
-/// Friction beside the plant's own, which stays at the motor.
+/// Friction beside the viscous friction of the plant, which stays at the motor.
 #[derive(Debug, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub(super) enum RawFriction {
@@ -251,7 +251,7 @@ pub(super) struct RawCoulomb {
     /// Friction at rest, in N m. Default: `coulomb_nm`.
     #[schemars(with = "Option<f64>", extend("exclusiveMinimum" = 0))]
     pub(super) static_nm: Option<Spanned<f64>>,
-    /// Speed of the table over which it falls from rest to motion, in mm/s. Default: 1.
+    /// Stribeck speed of the table, over which friction falls from static to Coulomb, in mm/s. Default: 1.
     #[schemars(with = "Option<f64>", extend("exclusiveMinimum" = 0))]
     pub(super) stribeck_mm_s: Option<Spanned<f64>>,
     /// Viscous friction beside the plant's, in N m s/rad. Default: 0.
@@ -269,7 +269,7 @@ pub(super) struct RawLuGre {
     /// Friction at rest, in N m. Default: `coulomb_nm`.
     #[schemars(with = "Option<f64>", extend("exclusiveMinimum" = 0))]
     pub(super) static_nm: Option<Spanned<f64>>,
-    /// Speed of the table over which it falls from rest to motion, in mm/s. Default: 1.
+    /// Stribeck speed of the table, over which friction falls from static to Coulomb, in mm/s. Default: 1.
     #[schemars(with = "Option<f64>", extend("exclusiveMinimum" = 0))]
     pub(super) stribeck_mm_s: Option<Spanned<f64>>,
     /// Viscous friction beside the plant's, in N m s/rad. Default: 0.
@@ -283,11 +283,11 @@ pub(super) struct RawLuGre {
     pub(super) damping_nm_s_rad: Option<Spanned<f64>>,
 }
 
-/// Play.
+/// Backlash.
 #[derive(Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub(super) struct RawBacklash {
-    /// Width of the gap, in µm at the table.
+    /// Width, in µm at the table.
     #[schemars(with = "f64", extend("exclusiveMinimum" = 0))]
     pub(super) gap_um: Spanned<f64>,
 }
@@ -296,8 +296,8 @@ pub(super) struct RawBacklash {
 #[derive(Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub(super) struct RawPitch {
-    /// Points [position in mm, error in µm], straight lines between them; before the first and after the last their errors stay. What counts
-    /// is the difference to the error where the axis starts: it is homed there.
+    /// Points [position in mm, error in µm], straight lines between them, constant beyond the first and the last. The error counts relative to
+    /// that at the start of the axis, where it is homed.
     #[schemars(with = "Vec<[f64; 2]>")]
     pub(super) points_mm_um: Spanned<Vec<RawPoint>>,
     /// The points repeat after this distance, in mm: the lead of the screw. Default: they do not repeat.
@@ -343,7 +343,7 @@ pub(super) enum RawForce {
 #[derive(Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub(super) struct RawForceOverTime {
-    /// Points [time in s, force in N], straight lines between them; before the first and after the last their forces stay.
+    /// Points [time in s, force in N], straight lines between them, constant beyond the first and the last.
     #[schemars(with = "Vec<[f64; 2]>")]
     pub(super) points_s_n: Spanned<Vec<RawPoint>>,
     /// The points repeat after this time, in s. Default: they do not repeat.
@@ -355,7 +355,7 @@ pub(super) struct RawForceOverTime {
 #[derive(Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub(super) struct RawForceOverPosition {
-    /// Points [position in mm, force in N], straight lines between them; before the first and after the last their forces stay.
+    /// Points [position in mm, force in N], straight lines between them, constant beyond the first and the last.
     #[schemars(with = "Vec<[f64; 2]>")]
     pub(super) points_mm_n: Spanned<Vec<RawPoint>>,
     /// The points repeat after this distance, in mm. Default: they do not repeat.
@@ -363,21 +363,21 @@ pub(super) struct RawForceOverPosition {
     pub(super) period_mm: Option<Spanned<f64>>,
 }
 
-/// How finely the nonlinear parts are integrated; the linear ones are exact.
+/// Step size of the integration of the nonlinear parts; the linear ones are exact.
 #[derive(Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub(super) struct RawIntegration {
-    /// Steps a control period, at least: a ballscrew that swings fast, events and errors make more of them. Default: 1. Halving the step that is
-    /// taken moves the largest contouring error by less than 1 nm, but where counts or noise turn less into more.
+    /// Least number of steps in a control period; a fast resonance, events and errors add more. Default: 1. Halving the step changes the
+    /// largest contouring error by less than 1 nm, except where quantisation or noise amplify the difference.
     #[schemars(with = "Option<u32>", range(min = 1, max = 1024))]
     pub(super) substeps: Option<Spanned<i64>>,
-    /// A step is halved while what it leaves out of friction, ripple and force may change the table's speed by more than this, in mm/s.
+    /// A step is halved while its error in friction, ripple and force may change the table's speed by more than this, in mm/s.
     /// Default: 1e-5.
     #[schemars(with = "Option<f64>", range(min = 1e-9, max = 1e9))]
     pub(super) tolerance_mm_s: Option<Spanned<f64>>,
 }
 
-/// What is done about the effects, on one axis. Every table is off where it is not written.
+/// Filters, feedforward and command corrections of one axis. A table that is not written is off.
 #[derive(Debug, Default, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub(super) struct RawCompensation {
@@ -387,19 +387,19 @@ pub(super) struct RawCompensation {
     /// Low pass of the torque, second order.
     #[schemars(with = "Option<RawLowPass>")]
     pub(super) low_pass: Option<Spanned<RawLowPass>>,
-    /// Torque for the reference acceleration.
+    /// Torque for the commanded acceleration.
     #[schemars(with = "Option<RawAccelerationFeedforward>")]
     pub(super) acceleration: Option<Spanned<RawAccelerationFeedforward>>,
-    /// Torque for the friction in the reference direction.
+    /// Torque for the friction in the commanded direction.
     #[schemars(with = "Option<RawFrictionFeedforward>")]
     pub(super) friction: Option<Spanned<RawFrictionFeedforward>>,
-    /// Shift of the command against backlash.
+    /// Offset of the command against backlash.
     #[schemars(with = "Option<RawBacklashCompensation>")]
     pub(super) backlash: Option<Spanned<RawBacklashCompensation>>,
-    /// Shift of the command against the pitch error, as far as it is known; counted from where the axis starts, as the effect is.
+    /// Offset of the command against the known pitch error, relative to the start of the axis, as the effect is.
     #[schemars(with = "Option<RawPitch>")]
     pub(super) pitch: Option<Spanned<RawPitch>>,
-    /// Zero-phase-error tracking: a prefilter that undoes the PDFF loop of the model. Default: false.
+    /// Zero-phase-error tracking: a prefilter that inverts the PDFF loop of the ideal drive model. Default: false.
     #[schemars(with = "Option<bool>")]
     pub(super) zero_phase: Option<Spanned<bool>>,
 }
@@ -411,7 +411,7 @@ pub(super) struct RawNotch {
     /// Centre, in Hz, below 0.499 of the sampling rate.
     #[schemars(with = "f64", extend("exclusiveMinimum" = 0))]
     pub(super) frequency_hz: Spanned<f64>,
-    /// What is left at the centre, 0 (nothing) to 1. Default: 0.
+    /// Gain at the centre, 0 to 1. Default: 0.
     #[schemars(with = "Option<f64>", range(min = 0, max = 1))]
     pub(super) depth: Option<Spanned<f64>>,
     /// Half the width over the frequency. Default: 0.5.
@@ -435,7 +435,7 @@ pub(super) struct RawLowPass {
 #[derive(Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub(super) struct RawAccelerationFeedforward {
-    /// Share of what the model asks for. Default: 1.
+    /// Fraction of the torque that the model needs. Default: 1.
     #[schemars(with = "Option<f64>", range(min = 0))]
     pub(super) share: Option<Spanned<f64>>,
 }
@@ -444,10 +444,10 @@ pub(super) struct RawAccelerationFeedforward {
 #[derive(Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub(super) struct RawFrictionFeedforward {
-    /// Coulomb friction as it is known, in N m.
+    /// Known Coulomb friction, in N m.
     #[schemars(with = "f64", range(min = 0))]
     pub(super) coulomb_nm: Spanned<f64>,
-    /// Demanded speed from which on all of it is given, in mm/s. Default: 1.
+    /// Commanded speed from which the full torque is applied, in mm/s. Default: 1.
     #[schemars(with = "Option<f64>", extend("exclusiveMinimum" = 0))]
     pub(super) smoothing_mm_s: Option<Spanned<f64>>,
 }
@@ -456,28 +456,28 @@ pub(super) struct RawFrictionFeedforward {
 #[derive(Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub(super) struct RawBacklashCompensation {
-    /// Gap as it is known, in µm.
+    /// Known width of the backlash, in µm.
     #[schemars(with = "f64", extend("exclusiveMinimum" = 0))]
     pub(super) gap_um: Spanned<f64>,
-    /// Time constant of the shift, in s. Default: 0, a step.
+    /// Time constant of the offset, in s. Default: 0, a step.
     #[schemars(with = "Option<f64>", range(min = 0))]
     pub(super) time_constant_s: Option<Spanned<f64>>,
 }
 
-/// Cross-coupled contour control: the commands are shifted against the contouring error itself.
+/// Cross-coupled contour control: an offset of the commands against the contouring error itself.
 #[derive(Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub(super) struct RawCrossCoupling {
-    /// Shift of the command per contouring error.
+    /// Offset of the command per contouring error.
     #[schemars(with = "f64", range(min = 0))]
     pub(super) proportional: Spanned<f64>,
-    /// Shift per integral of the contouring error, in 1/s. Default: 0.
+    /// Offset per integral of the contouring error, in 1/s. Default: 0.
     #[schemars(with = "Option<f64>", range(min = 0))]
     pub(super) integral_1_s: Option<Spanned<f64>>,
-    /// Shift per rate of the contouring error, in s. Default: 0.
+    /// Offset per rate of the contouring error, in s. Default: 0.
     #[schemars(with = "Option<f64>", range(min = 0))]
     pub(super) derivative_s: Option<Spanned<f64>>,
-    /// Most shift of an axis, in µm. Default: 100.
+    /// Largest offset of an axis, in µm. Default: 100.
     #[schemars(with = "Option<f64>", extend("exclusiveMinimum" = 0))]
     pub(super) limit_um: Option<Spanned<f64>>,
 }

@@ -22,26 +22,26 @@ pub(super) struct RawScenario {
     /// The desired path: exactly one of `ph_spline`, `line` and `circle`.
     #[schemars(with = "RawPath")]
     pub(super) path: Spanned<RawPath>,
-    /// How fast, and how the feed is reached and left.
+    /// Feed, and how it is reached and left.
     pub(super) feedrate: RawFeedrate,
     /// How the servo loop is sampled.
     #[serde(default)]
     pub(super) control: RawControl,
     /// The two axes.
     pub(super) axes: RawAxes,
-    /// Corrections of the commands that `servosim learn` has learned.
+    /// Correction of the commands that `servosim learn` has written.
     pub(super) learned: Option<RawLearned>,
-    /// Limits that the run is held to; a run that breaks one exits with 3.
+    /// Limits of the run; a run that breaks one exits with 3.
     #[serde(default)]
     pub(super) limits: RawLimits,
 }
 
-/// Corrections of the commands that `servosim learn` has learned, for this scenario and no other.
+/// Correction of the commands that `servosim learn` has written, for this scenario and no other.
 #[derive(Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub(super) struct RawLearned {
-    /// The CSV file, seen from the folder of this file, such as "alpha-learned.csv": sample, time in s, and what to add to the position
-    /// commands of X and Y, in µm. As many samples as the run has, in its control period.
+    /// The CSV file, relative to the folder of this file, such as "alpha-learned.csv": sample, time in s, and offset of the position
+    /// commands of X and Y, in µm. As many samples as the run has, at its control period.
     #[schemars(with = "String")]
     pub(super) file: Spanned<String>,
 }
@@ -62,7 +62,7 @@ pub(super) enum RawPath {
 #[derive(Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub(super) struct RawPhSpline {
-    /// Control points of a cubic B-spline: the curve is drawn towards them. A closed one gives each point once.
+    /// Control points of a cubic B-spline: the curve is attracted by them. A closed one gives each point once.
     #[schemars(with = "Option<Vec<[f64; 2]>>")]
     pub(super) control_points_mm: Option<Spanned<Vec<RawPoint>>>,
     /// Points that the curve passes through. A closed one gives the first point once.
@@ -72,7 +72,7 @@ pub(super) struct RawPhSpline {
     #[serde(default)]
     pub(super) closed: bool,
     /// Start and end tangent [[x, y], [x, y]] of an open curve through nodal points: the derivative with respect to the
-    /// segment's parameter, in mm (as long as the neighbouring segment is a good choice). Default: chosen for you.
+    /// segment's parameter, in mm (the length of the neighbouring segment is a good choice). Default: chosen automatically.
     #[schemars(with = "Option<[[f64; 2]; 2]>")]
     pub(super) end_tangents: Option<Spanned<Vec<RawPoint>>>,
 }
@@ -107,7 +107,7 @@ pub(super) struct RawCircle {
     pub(super) clockwise: bool,
 }
 
-/// How fast, and how the feed is reached and left.
+/// Feed, and how it is reached and left.
 #[derive(Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub(super) struct RawFeedrate {
@@ -117,25 +117,25 @@ pub(super) struct RawFeedrate {
     /// How the feed is reached: exactly one of `linear`, `cubic`, `quintic`, `exponential`, `jerk_limited` and
     /// `axis_limited`.
     pub(super) profile: RawProfile,
-    /// How the feed override is turned during the run, in the order of time: 100 % until the first of them.
+    /// Changes of the feed override during the run, in the order of time; 100 % before the first.
     #[serde(default, rename = "override")]
     #[schemars(with = "Vec<RawOverride>", rename = "override")]
     pub(super) feed_override: Vec<RawOverride>,
 }
 
-/// From a time on, another share of the planned feed; 0 % is a feed hold, which a later one must end.
+/// A change of the feed override; 0 % is a feed hold, which a later change must end.
 #[derive(Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub(super) struct RawOverride {
     /// When the feed begins to change, in s from the start of the run.
     #[schemars(with = "f64", range(min = 0))]
     pub(super) at_s: Spanned<f64>,
-    /// Share of the planned feed that it changes to: 0 (feed hold) to 200, to 100 under limits of the axes. More than 100 is used while
-    /// the plan cruises at its feed: its ramps, which run at its limits, stay as they are.
+    /// Override ratio in percent of the planned feed: 0 (feed hold) to 200; to 100 for an axis-limited feed. More than 100 is used only while
+    /// the plan cruises: its ramps, which run at its limits, do not change.
     #[schemars(with = "f64", range(min = 0, max = 200))]
     pub(super) percent: Spanned<f64>,
-    /// The shortest time that the change may take, in s. Default: as short as can be. It takes longer where the largest acceleration and
-    /// jerk of the planned motion (under limits of the axes: those) need that, and the summary tells so.
+    /// Shortest time of the change, in s. Default: as short as possible. It takes longer where the largest acceleration and jerk of the
+    /// planned motion (for an axis-limited feed: the limits of the axes) require that, and the summary says so.
     #[schemars(with = "Option<f64>", extend("exclusiveMinimum" = 0))]
     pub(super) transition_s: Option<Spanned<f64>>,
 }
@@ -154,7 +154,7 @@ pub(super) enum RawProfile {
     Exponential(RawExponential),
     /// Seven phases with bounded acceleration and jerk.
     JerkLimited(RawJerkLimited),
-    /// As fast as every axis can: the feed changes along the path, `feed_mm_s` is the most.
+    /// Axis-limited: as fast as the axes allow, at most `feed_mm_s`.
     AxisLimited(RawAxisLimited),
 }
 
@@ -249,7 +249,7 @@ pub(super) struct RawJerkLimited {
     pub(super) jerk_mm_s3: Spanned<f64>,
 }
 
-/// As fast as every axis can, from rest to rest. The path must be smooth up to its curvature.
+/// As fast as the axes allow, from rest to rest. The path must be smooth up to its curvature.
 #[derive(Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub(super) struct RawAxisLimited {
@@ -271,10 +271,10 @@ pub(super) struct RawControl {
     /// Control period, in s. Default: 0.001.
     #[schemars(with = "Option<f64>", extend("exclusiveMinimum" = 0))]
     pub(super) period_s: Option<Spanned<f64>>,
-    /// How long the run goes on after the last setpoint, in s. Default: 0.1.
+    /// How long the run continues after the last setpoint, in s. Default: 0.1.
     #[schemars(with = "Option<f64>", range(min = 0))]
     pub(super) settling_s: Option<Spanned<f64>>,
-    /// Where the velocity feedforward takes the command's velocity from. Default: "backward".
+    /// Source of the commanded velocity for the feedforward. Default: "backward".
     pub(super) derivative: Option<RawDerivative>,
     /// How many samples later the voltage reaches the plant: 0 (default) or 1.
     #[schemars(with = "Option<u8>", range(min = 0, max = 1))]
@@ -288,7 +288,7 @@ pub(super) struct RawControl {
 #[derive(Debug, Clone, Copy, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub(super) enum RawDerivative {
-    /// Backward difference of the position command: what a drive that receives positions only can do.
+    /// Backward difference of the position command: all that a drive can do that receives positions only.
     Backward,
     /// The interpolator's own velocity at the sample.
     Exact,
@@ -318,7 +318,7 @@ pub(super) struct RawAxis {
     /// Another controller instead: exactly one of `p_pi`, `pid` and `cascade`. Default: the PDFF controller.
     #[schemars(with = "Option<RawController>")]
     pub(super) controller: Option<Spanned<RawController>>,
-    /// What the drive does that the model leaves out.
+    /// Effects beyond the ideal drive model.
     #[serde(default)]
     pub(super) effects: RawEffects,
     /// What the controller does about it: filters, feedforwards, compensation.
@@ -330,13 +330,13 @@ pub(super) struct RawAxis {
 #[derive(Debug, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub(super) enum RawPlant {
-    /// The velocity plant K/(1 + τ s) as it was identified.
+    /// The identified velocity plant K/(1 + τ s).
     FirstOrder(RawFirstOrder),
     /// The same plant from moved mass, rotating inertia and friction.
     Mechanics(#[schemars(with = "RawMechanics")] Spanned<RawMechanics>),
 }
 
-/// The velocity plant K/(1 + τ s) as it was identified.
+/// The identified velocity plant K/(1 + τ s).
 #[derive(Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub(super) struct RawFirstOrder {
@@ -370,10 +370,10 @@ pub(super) struct RawDrive {
     /// Travel of the table per motor angle, in mm/rad. Default: 1.59.
     #[schemars(with = "Option<f64>", extend("exclusiveMinimum" = 0))]
     pub(super) transmission_mm_rad: Option<Spanned<f64>>,
-    /// Voltage per torque that the controller asks for, in V/(N m). Default: 1/0.716.
+    /// Voltage per commanded torque, in V/(N m). Default: 1/0.716.
     #[schemars(with = "Option<f64>", extend("exclusiveMinimum" = 0))]
     pub(super) torque_to_voltage_v_nm: Option<Spanned<f64>>,
-    /// The amplifier gives at most ± this voltage, in V. Default: 5.
+    /// Output limit of the amplifier, either sign, in V. Default: 5.
     #[schemars(with = "Option<f64>", extend("exclusiveMinimum" = 0))]
     pub(super) voltage_limit_v: Option<Spanned<f64>>,
 }
@@ -394,12 +394,12 @@ pub(super) struct RawPdff {
     /// Velocity feedforward, in rad/mm; 1/transmission is full feedforward.
     #[schemars(with = "f64", range(min = 0))]
     pub(super) kpf: Spanned<f64>,
-    /// Share of the velocity command that acts directly: 1 is a PI controller, 0 pseudo-derivative feedback.
+    /// Fraction of the velocity command that acts directly: 1 is a PI controller, 0 pseudo-derivative feedback.
     #[schemars(with = "f64", range(min = 0))]
     pub(super) kvf: Spanned<f64>,
 }
 
-/// Limits that the run is held to; a missing one is not checked.
+/// Limits of the run; a missing one is not checked.
 #[derive(Debug, Default, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub(super) struct RawLimits {
@@ -412,10 +412,10 @@ pub(super) struct RawLimits {
     /// Largest voltage of any axis, in V.
     #[schemars(with = "Option<f64>", extend("exclusiveMinimum" = 0))]
     pub(super) voltage_v: Option<Spanned<f64>>,
-    /// Largest acceleration along the path, in mm/s²; of each axis where the feed is planned under limits of the axes.
+    /// Largest acceleration along the path, in mm/s²; of each axis if the feed is axis-limited.
     #[schemars(with = "Option<f64>", extend("exclusiveMinimum" = 0))]
     pub(super) accel_mm_s2: Option<Spanned<f64>>,
-    /// Largest jerk along the path, in mm/s³; of each axis where the feed is planned under limits of the axes.
+    /// Largest jerk along the path, in mm/s³; of each axis if the feed is axis-limited.
     #[schemars(with = "Option<f64>", extend("exclusiveMinimum" = 0))]
     pub(super) jerk_mm_s3: Option<Spanned<f64>>,
 }

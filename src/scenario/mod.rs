@@ -24,8 +24,8 @@
 //! # … and the same for axes.y
 //! ```
 //!
-//! A [`Document`] is the text (a file, a built-in scenario, with or without overrides), a [`Scenario`] what it means. What
-//! is wrong with a text is told as [`Diagnostic`]s that point at the line and say what to do. Every key is described in
+//! A [`Document`] is the text (a file, a built-in scenario, with or without overrides), a [`Scenario`] what it means. Problems
+//! of a text are reported as [`Diagnostic`]s that point at the line and say what to do. Every key is described in
 //! [`json_schema`].
 //!
 //! ```

@@ -19,25 +19,25 @@ pub(super) struct RawPart {
     /// The design surface: exactly one of `nurbs` and `mesh`.
     #[schemars(with = "RawSurface")]
     pub(super) surface: Spanned<RawSurface>,
-    /// Where the tool's axis may go, seen from above: exactly one of `polygon`, `circle`, `nurbs` and `contour`. Default: the edge of
+    /// Where the tool axis may go, seen from above: exactly one of `polygon`, `circle`, `nurbs` and `contour`. Default: the edge of
     /// the surface.
     #[schemars(with = "Option<RawContour>")]
     pub(super) boundary: Option<Spanned<RawContour>>,
-    /// Places inside of the boundary that the tool's axis stays out of, each given like the boundary.
+    /// Areas inside the boundary that the tool axis avoids, each given like the boundary.
     #[serde(default)]
     #[schemars(with = "Vec<RawContour>")]
     pub(super) islands: Vec<Spanned<RawContour>>,
     /// The cutter: exactly one of `ball`, `flat` and `bull_nose`.
     #[schemars(with = "RawCutter")]
     pub(super) cutter: Spanned<RawCutter>,
-    /// How the tool path is made.
+    /// How the tool path is planned.
     pub(super) toolpath: RawToolpath,
     /// Feeds.
     pub(super) feed: RawFeed,
     /// The NC program.
     #[serde(default)]
     pub(super) program: RawProgram,
-    /// What the machine's motion is held to.
+    /// Limits of the machine's motion.
     pub(super) machine: RawMachine,
     /// How the servo loops are sampled.
     #[serde(default)]
@@ -47,7 +47,7 @@ pub(super) struct RawPart {
     /// The machining check.
     #[serde(default)]
     pub(super) check: RawCheck,
-    /// Limits that the part is held to.
+    /// Limits of the part.
     #[serde(default)]
     pub(super) limits: RawPartLimits,
 }
@@ -87,7 +87,7 @@ pub(super) struct RawNurbsSurface {
 #[derive(Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub(super) struct RawMesh {
-    /// STL file (binary or ASCII, in mm), seen from the folder of this file.
+    /// STL file (binary or ASCII, in mm), relative to the folder of this file.
     #[schemars(with = "String")]
     pub(super) file: Spanned<String>,
 }
@@ -226,14 +226,14 @@ pub(super) struct RawBullNose {
     pub(super) corner_radius_mm: Spanned<f64>,
 }
 
-/// How the tool path is made.
+/// How the tool path is planned.
 #[derive(Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub(super) struct RawToolpath {
     /// Largest height of the ridge that two neighbouring passes leave, in mm.
     #[schemars(with = "f64", extend("exclusiveMinimum" = 0))]
     pub(super) scallop_mm: Spanned<f64>,
-    /// How far the path may be from the exact one, and the deepest gouge, in mm.
+    /// Largest deviation of the path from the exact one, and of a gouge, in mm.
     #[schemars(with = "f64", extend("exclusiveMinimum" = 0))]
     pub(super) tolerance_mm: Spanned<f64>,
     /// Degree of the NURBS curves. Default: 3.
@@ -241,7 +241,7 @@ pub(super) struct RawToolpath {
     pub(super) degree: Option<Spanned<i64>>,
     /// How curves are fitted. Default: "free".
     pub(super) fit: Option<RawFit>,
-    /// Where the distance from ring to ring comes from. Default: "measured".
+    /// Step-over from ring to ring. Default: "measured".
     #[schemars(with = "Option<RawStepOver>")]
     pub(super) step_over: Option<Spanned<RawStepOver>>,
     /// How the rings are joined. Default: "discrete".
@@ -251,7 +251,7 @@ pub(super) struct RawToolpath {
     /// Height of rapid moves above the highest point, in mm. Default: 5.
     #[schemars(with = "Option<f64>", extend("exclusiveMinimum" = 0))]
     pub(super) clearance_mm: Option<Spanned<f64>>,
-    /// What happens where the cutter cannot reach: a hollow narrower than the cutter, a wall that leans over. Default: "refuse".
+    /// What happens where the cutter cannot reach: a concavity narrower than the cutter, an overhang. Default: "refuse".
     pub(super) unreachable: Option<RawUnreachable>,
 }
 
@@ -261,7 +261,7 @@ pub(super) struct RawToolpath {
 pub(super) enum RawFit {
     /// Free knots: the fewest control points.
     Free,
-    /// Knots where the curve changes most: quick and good.
+    /// Knots where the curve changes most: fast.
     Density,
     /// The paper's five stages.
     Paper,
@@ -269,7 +269,7 @@ pub(super) enum RawFit {
     Standard,
 }
 
-/// Where the distance from ring to ring comes from.
+/// Step-over from ring to ring.
 #[derive(Debug, Clone, Copy, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub(super) enum RawStepOver {
@@ -327,7 +327,7 @@ pub(super) struct RawFeed {
 #[derive(Debug, Default, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub(super) struct RawProgram {
-    /// Whose language. Default: "siemens".
+    /// Dialect. Default: "siemens".
     pub(super) dialect: Option<RawDialect>,
     /// NURBS blocks, or straight blocks at the same tolerance. Default: "nurbs".
     pub(super) blocks: Option<RawBlocks>,
@@ -336,7 +336,7 @@ pub(super) struct RawProgram {
     pub(super) decimals: Option<Spanned<i64>>,
 }
 
-/// Whose language.
+/// Dialect.
 #[derive(Debug, Clone, Copy, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub(super) enum RawDialect {
@@ -358,7 +358,7 @@ pub(super) enum RawBlocks {
     Straight,
 }
 
-/// What the machine's motion is held to.
+/// Limits of the machine's motion.
 #[derive(Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub(super) struct RawMachine {
@@ -401,7 +401,7 @@ pub(super) struct RawCheck {
     pub(super) cell_mm: Option<Spanned<f64>>,
 }
 
-/// Limits that the part is held to; a missing one is not checked.
+/// Limits of the part; a missing one is not checked.
 #[derive(Debug, Default, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub(super) struct RawPartLimits {

@@ -1,4 +1,4 @@
-//! One axis as it is: the loop with everything that can be switched on between reference and table.
+//! One axis of the detailed drive model: the loop with every effect and compensation between reference and table.
 
 use super::compensation::{Biquad, Compensation, Compensator, ZeroPhase};
 use super::controller::{AnyController, Controller, Feedback, PdffController};
@@ -10,14 +10,14 @@ use super::{AxisParameters, AxisSignals, Derivative, LoopSettings, ServoError};
 /// Voltages that wait for their time: the longest delay, the loop's own sample and the present one.
 const WAITING: usize = 32;
 
-/// What an axis can tell beside its [`AxisSignals`], at the same sample.
+/// Signals of a detailed drive beside its [`AxisSignals`], at the same sample.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct DriveSignals {
-    /// Position as the controller was told \[mm\].
+    /// Measured position, as the controller gets it \[mm\].
     pub measured_mm: f64,
-    /// Velocity as the controller was told \[rad/s\].
+    /// Measured velocity, as the controller gets it \[rad/s\].
     pub measured_rad_s: f64,
-    /// Where the motor stands, as travel of the table without backlash, twist and pitch error \[mm\].
+    /// Motor position, as travel of the table without backlash, twist and pitch error \[mm\].
     pub motor_mm: f64,
     /// Velocity of the table (of the screw, where it is rigid) \[mm/s\].
     pub table_mm_s: f64,
@@ -35,10 +35,10 @@ pub struct DriveSignals {
     pub in_gap: bool,
 }
 
-/// An axis as it is: reference → prefilter and compensation → controller → filters → voltage limit, DAC → delay → current loop →
+/// An axis of the detailed drive model: reference → prefilter and compensation → controller → filters → voltage limit, DAC → delay → current loop →
 /// motor, screw and table with friction, backlash, ripple and force → encoder.
 ///
-/// With every effect off it gives what [`AxisLoop`](super::AxisLoop) gives, to rounding. It begins at rest on its start, the table in the middle
+/// With every effect off it equals [`AxisLoop`](super::AxisLoop) to rounding. It starts at rest, the table in the middle
 /// of its gap; a step allocates nothing.
 #[derive(Debug, Clone)]
 pub struct DetailedAxis<C = AnyController> {
@@ -69,7 +69,7 @@ pub struct DetailedAxis<C = AnyController> {
     applied_v: f64,
     last_command_mm: f64,
     k: u64,
-    /// What the controller was told at the last sample.
+    /// Feedback of the controller at the last sample.
     measured: Feedback,
 }
 
@@ -153,7 +153,7 @@ impl<C: Controller> DetailedAxis<C> {
         })
     }
 
-    /// The signals beside those that [`step`](Axis::step) gave, of the same sample (before the first: at rest).
+    /// The drive signals of the sample of the last [`step`](Axis::step) (before the first: at rest).
     pub fn drive_signals(&self) -> DriveSignals {
         let machine = &self.machine;
         let signals = machine.signals(self.applied_v);

@@ -1,4 +1,4 @@
-//! What an axis has beside its model.
+//! The detailed drive model of an axis: controller, effects, compensation.
 
 use super::compensation::{ClosedLoop, Compensation, ZeroPhase};
 use super::controller::{AnyController, Cascade, CascadeGains, PPi, PPiGains, PdffController, Pid, PidGains};
@@ -60,8 +60,8 @@ impl ControllerGains {
 
     /// Gains of another controller with the same loops as the axis' PDFF controller: `kp = kpp`, `kv = kpv`, `ki = kiv`.
     ///
-    /// A cascade gets all the feedforward that the plant's model asks for. A PID controller is what these two loops are where
-    /// nothing is reference, its derivative filtered at a quarter of the sampling rate:
+    /// A cascade gets all the feedforward that the plant's model asks for. A PID controller equals these two loops for
+    /// a constant command, its derivative filtered at a quarter of the sampling rate:
     ///
     /// ```text
     /// T = kv (kp e - ω) + kv ki ∫(kp e - ω)   with ω = -e'/r_g:
@@ -91,7 +91,7 @@ impl ControllerGains {
     }
 }
 
-/// An axis beyond its model: its controller, what its drive does, and what is done about it.
+/// The detailed drive model of an axis: its controller, the effects of its drive, and compensation.
 ///
 /// [`AxisParameters`] stay what the controller's designer knows; with everything off the axis is [`AxisLoop`](super::AxisLoop), and is run
 /// as such.
@@ -99,9 +99,9 @@ impl ControllerGains {
 pub struct DriveModel {
     /// The controller.
     pub controller: ControllerGains,
-    /// What the drive does.
+    /// Effects of the drive.
     pub effects: Effects,
-    /// What is done about it.
+    /// Filters, feedforward and command corrections.
     pub compensation: Compensation,
     /// Zero-phase-error tracking: a prefilter made of the PDFF loop of the model.
     pub zero_phase: bool,

@@ -42,7 +42,7 @@ pub struct Drive {
     pub transmission_mm_rad: f64,
     /// Torque-to-voltage factor `k_T` \[V/(N m)\], positive.
     pub torque_to_voltage_v_nm: f64,
-    /// The amplifier gives at most ± this voltage \[V\], positive.
+    /// Output limit of the amplifier, either sign \[V\], positive.
     pub voltage_limit_v: f64,
 }
 
@@ -64,7 +64,7 @@ pub struct Pdff {
     pub kiv_1_s: f64,
     /// Velocity feedforward \[rad/mm\]; `1/r_g` is full feedforward.
     pub kpf_rad_mm: f64,
-    /// Share of the velocity command that acts directly (1: PI, 0: pseudo-derivative feedback).
+    /// Fraction of the velocity command that acts directly (1: PI, 0: pseudo-derivative feedback).
     pub kvf: f64,
 }
 
@@ -94,7 +94,7 @@ pub enum Derivative {
 pub struct LoopSettings {
     /// Control period `Δt` \[s\], positive.
     pub period_s: f64,
-    /// How long the run goes on after the last setpoint \[s\], not negative.
+    /// How long the run continues after the last setpoint \[s\], not negative.
     pub settling_s: f64,
     /// Source of the velocity command.
     pub derivative: Derivative,

@@ -2,7 +2,7 @@
 
 use super::axis::{AxisLoop, AxisSignals};
 
-/// The reference on one axis at one sample.
+/// The reference of one axis at one sample.
 ///
 /// Where the position comes from a path, its derivatives are the path's own; an axis decides which of them it uses.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
@@ -17,13 +17,13 @@ pub struct AxisReference {
     pub jerk_mm_s3: f64,
     /// Torque at the motor that is added to the controller's \[N m\]. [`AxisLoop`] has no place for it.
     pub torque_nm: f64,
-    /// Shift of the position command that the feedforward takes no notice of: cross-coupled control \[mm\]. [`AxisLoop`] has no place
+    /// Offset of the position command that the feedforward ignores: cross-coupled control \[mm\]. [`AxisLoop`] has no place
     /// for it.
     pub command_offset_mm: f64,
 }
 
 impl AxisReference {
-    /// To stand still on `position_mm`.
+    /// At rest at `position_mm`.
     pub fn at_rest(position_mm: f64) -> Self {
         Self { position_mm, ..Self::default() }
     }

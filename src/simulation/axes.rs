@@ -1,4 +1,4 @@
-//! The axes of a run: as their model has them, or as they are.
+//! The axes of a run: ideal or detailed drive model.
 
 use nalgebra::SVector;
 
@@ -19,7 +19,7 @@ pub(crate) enum Axes<const A: usize> {
     Real(Box<DetailedAxes<A>>),
 }
 
-/// Axes as they are.
+/// Axes of the detailed drive model.
 #[derive(Debug, Clone)]
 pub(crate) struct DetailedAxes<const A: usize> {
     pub(super) axes: [DetailedAxis; A],
@@ -136,7 +136,7 @@ impl<const A: usize> Kernel for StepModel<'_, A> {
     }
 }
 
-/// One control period of every axis as it is.
+/// One control period of every detailed axis.
 struct StepReal<'s, const A: usize> {
     axes: &'s mut DetailedAxes<A>,
     setpoint: &'s Setpoint<A>,

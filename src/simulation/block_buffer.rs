@@ -10,7 +10,7 @@ use crate::servo::{AxisReference, AxisSignals, DriveSignals, step_side_by_side};
 /// Most samples in a block: half a millisecond of work for a core that has to be woken for it, in memory that its cache holds.
 const BLOCK: usize = 2048;
 
-/// What the axes did and outputs at one sample.
+/// Signals of all axes at one sample.
 pub(super) struct BlockSample<const A: usize> {
     pub(super) setpoint: Setpoint<A>,
     pub(super) axes: [AxisSignals; A],

@@ -1,4 +1,4 @@
-//! What pulls a run to its end, whatever makes its periods.
+//! Runs a stream of periods to its end, through monitor and observers.
 
 use std::sync::atomic::{AtomicBool, Ordering};
 

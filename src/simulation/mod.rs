@@ -60,7 +60,7 @@ pub struct Period<const A: usize> {
     pub contour_error_um: f64,
     /// Distance to the setpoint \[µm\].
     pub tracking_error_um: f64,
-    /// The drive signals beside: none where they are what their model says.
+    /// The drive signals; none with the ideal drive model.
     pub drives: Option<[DriveSignals; A]>,
 }
 

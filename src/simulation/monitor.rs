@@ -1,4 +1,4 @@
-//! What happens during a run that a person should hear of.
+//! Events of a run: saturation, limits passed, lock-up.
 
 use super::Period;
 use crate::limits::{Event, Held, Limits, Peaks};

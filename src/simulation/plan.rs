@@ -1,4 +1,4 @@
-//! What is known of a run before its first period.
+//! The plan of a run, known before its first period.
 
 use std::fmt;
 
@@ -9,7 +9,7 @@ use crate::limits::Limits;
 use crate::path::Path;
 use crate::servo::{AxisParameters, LoopSettings};
 
-/// What an observer is told before the first period.
+/// What an observer gets before the first period.
 #[derive(Clone, Copy)]
 pub struct RunPlan<'a, const A: usize> {
     /// The desired path, to be drawn.

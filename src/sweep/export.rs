@@ -22,7 +22,7 @@ use super::variable::{Value, plain, write_number};
 pub struct Exported {
     /// The tables: Parquet (feature `parquet`) and CSV.
     pub files: Vec<PathBuf>,
-    /// The sweep in a few metrics.
+    /// The sweep in a few numbers.
     pub outcome: Outcome,
     /// The sweep to be drawn.
     pub picture: SweepPicture,

@@ -1,4 +1,4 @@
-//! A whole sweep in a few metrics.
+//! A whole sweep in a few numbers.
 
 use serde::Serialize;
 
@@ -20,7 +20,7 @@ pub struct Best {
     pub metrics: Vec<f64>,
 }
 
-/// A whole sweep in a few metrics.
+/// A whole sweep in a few numbers.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Outcome {
     /// Name of the scenario.

@@ -1,4 +1,4 @@
-//! What makes one set of gains better than another.
+//! The optimisation problem: objective, constraints, variables.
 
 use crate::analysis::{Margins, margins};
 use crate::limits::AXIS_NAMES;

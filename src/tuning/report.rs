@@ -1,4 +1,4 @@
-//! What came of a tuning, and whether it can be trusted.
+//! Result of a tuning, and whether it can be trusted.
 
 use rayon::prelude::*;
 use serde::Serialize;

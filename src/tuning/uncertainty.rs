@@ -1,4 +1,4 @@
-//! Plants that are not quite what the scenario says.
+//! Uncertain plants: gain and time constant within a box around their nominal values.
 
 use nalgebra::Vector2;
 

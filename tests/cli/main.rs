@@ -5,6 +5,7 @@ mod common;
 
 mod analyze;
 mod cli;
+mod docs;
 mod drive_recording;
 mod drive_scenario;
 mod learned;

@@ -17,7 +17,7 @@ pub(super) struct State {
 }
 
 impl State {
-    /// The plan as it is.
+    /// The unchanged plan.
     pub(super) const PLAN: Self = Self { t: 0.0, tau: 0.0, ratio: 1.0, slope: 0.0 };
 
     /// With this second derivative of the feed scale for this long.

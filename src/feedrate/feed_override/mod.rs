@@ -1,4 +1,4 @@
-//! Feed override and feed hold: the same motion at another feed scale.
+//! Feed override and feed hold: a planned motion at a changing feed scale.
 
 mod feed_scale;
 mod overridden;

@@ -1,4 +1,4 @@
-//! What the plan asks of the machine, time by time of the plan.
+//! The planned motion: velocity, acceleration and jerk of every axis over the time of the plan.
 
 use super::feed_scale::State;
 use crate::feedrate::MotionSample;

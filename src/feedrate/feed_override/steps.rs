@@ -3,21 +3,21 @@
 /// Most steps of an override.
 pub const MAX_OVERRIDE_STEPS: usize = 1000;
 
-/// Highest ratio of the planned feed.
+/// Highest override ratio.
 pub const MAX_OVERRIDE: f64 = 2.0;
 
-/// From a time on, another ratio of the planned feed.
+/// From a time on, another override ratio.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct OverrideStep {
     /// When the feed scale begins to change \[s\], in the time of the run.
     pub at_s: f64,
-    /// The ratio of the planned feed that it changes to: 1 is the plan, 0 a feed hold, at most [`MAX_OVERRIDE`].
+    /// Override ratio that it changes to: 1 is the plan, 0 a feed hold, at most [`MAX_OVERRIDE`].
     pub ratio: f64,
     /// The shortest length of the change \[s\]; 0: as short as the limits allow. Where they need more it takes longer.
     pub transition_s: f64,
 }
 
-/// How an operator turns the feed override during a run.
+/// Changes of the feed override during a run.
 ///
 /// The plan `s(τ)` is run at the feed scale `f(t) = dτ/dt`, 1 at first, so that along the path
 ///
@@ -25,7 +25,7 @@ pub struct OverrideStep {
 /// v = f v(τ)      a = f² a(τ) + f' v(τ)      j = f³ j(τ) + 3 f f' a(τ) + f'' v(τ)
 /// ```
 ///
-/// The path is the same and no point of it is left out. At each step the feed scale goes to the next ratio as fast as the limits allow that
+/// The path is the same and no point of it is skipped. At each step the feed scale goes to the next ratio as fast as the limits allow that
 /// the plan itself keeps: the acceleration and the jerk that it reaches along the path ([`Motion::with_override`](crate::feedrate::Motion::with_override)), or the limits of every axis
 /// ([`AxisLimited::with_override`](crate::feedrate::AxisLimited::with_override)), to 0.1 %. `f''` is constant over short steps. Each step is the
 /// largest that the limits allow now and from which the feed scale can still come to a steady ratio, within the limits, on the plan ahead;
@@ -41,12 +41,12 @@ pub struct FeedOverride {
     pub steps: Vec<OverrideStep>,
 }
 
-/// What came of a step of an override.
+/// Result of a change of the override.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct OverrideChange {
     /// When it began \[s\].
     pub at_s: f64,
-    /// The ratio of the planned feed that was asked for.
+    /// The override ratio that was asked for.
     pub ratio: f64,
     /// The shortest length that was asked for \[s\]; 0: as short as the limits allow.
     pub asked_s: f64,

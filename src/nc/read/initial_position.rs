@@ -1,4 +1,4 @@
-//! Where the tool is before a program, where nobody says so.
+//! The initial position of the tool, where the program does not state it.
 
 use crate::nc::{Action, Block};
 

@@ -1,4 +1,4 @@
-//! What a servo engineer does about the effects.
+//! Compensation of effects: filters of the torque, feedforward, command corrections, prefilter, cross-coupled control.
 
 mod biquad;
 mod command_compensation;
@@ -23,9 +23,9 @@ pub struct Compensation {
     pub acceleration: Option<AccelerationFeedforward>,
     /// Torque for the friction in the reference direction.
     pub friction: Option<FrictionFeedforward>,
-    /// Shift of the command against backlash.
+    /// Offset of the command against backlash.
     pub backlash: Option<BacklashCompensation>,
-    /// Shift of the command against the pitch error, as far as it is known; zero where the axis starts.
+    /// Offset of the command against the known pitch error; zero at the start of the axis.
     pub pitch: Option<PitchError>,
     /// Prefilter of the command.
     pub zero_phase: Option<ZeroPhase>,

@@ -11,9 +11,9 @@ pub struct CascadeGains {
     pub loops: PPiGains,
     /// Velocity feedforward `kf` \[rad/mm\]; `1/r_g` is all of it.
     pub velocity_rad_mm: f64,
-    /// Torque per reference velocity \[N m s/mm\]; `B/r_g` makes up for the plant's viscous friction.
+    /// Torque per commanded velocity \[N m s/mm\]; `B/r_g` compensates the plant's viscous friction.
     pub viscous_nm_s_mm: f64,
-    /// Torque per reference acceleration `ka` \[N m s²/mm\]; `J/r_g` is all of it.
+    /// Torque per commanded acceleration `ka` \[N m s²/mm\]; `J/r_g` is all of it.
     pub acceleration_nm_s2_mm: f64,
 }
 

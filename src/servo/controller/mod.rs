@@ -1,7 +1,7 @@
-//! Controllers: from the reference and what is feedback of the motion to the torque that is output.
+//! Controllers: from reference and feedback to the torque command.
 //!
-//! A controller sees positions in mm counted from where the axis started, reference and measurement alike. What it wants may be clamped;
-//! [`Controller::anti_windup`] tells it, so that its integral does not wind up.
+//! Positions of reference and feedback are in mm from the start of the axis. The output may be clamped;
+//! [`Controller::anti_windup`] passes by how much, so that the integral does not wind up.
 
 mod cascade;
 mod p_pi;
@@ -15,7 +15,7 @@ pub use pid::{Pid, PidGains};
 
 use super::reference::AxisReference;
 
-/// What is feedback of an axis at one sample.
+/// Feedback of an axis at one sample.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct Feedback {
     /// Position from the start \[mm\].
@@ -24,7 +24,7 @@ pub struct Feedback {
     pub velocity_rad_s: f64,
 }
 
-/// What a controller wants at one sample.
+/// Output of a controller at one sample.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct ControlOutput {
     /// Velocity command; zero where the controller has none \[rad/s\].
@@ -35,11 +35,11 @@ pub struct ControlOutput {
 
 /// A controller of one axis.
 pub trait Controller {
-    /// The torque output at this sample.
+    /// The control output at this sample.
     fn control(&mut self, reference: &AxisReference, feedback: &Feedback) -> ControlOutput;
 
-    /// Once after [`control`](Self::control): what the voltage limit took away of the torque \[N m\], with its sign; zero where it got
-    /// what it output. The integral is advanced here.
+    /// Once after [`control`](Self::control): by how much the voltage limit reduced the torque \[N m\], with its sign; zero where it did
+    /// not act. The integral is advanced here.
     fn anti_windup(&mut self, clipped_nm: f64);
 }
 

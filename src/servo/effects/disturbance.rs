@@ -1,4 +1,4 @@
-//! Torques and forces that nobody asked for.
+//! Disturbances: torque ripple and cutting force.
 
 use super::lookup_table::LookupTable;
 use crate::servo::ServoError;

@@ -1,4 +1,4 @@
-//! Between the control law and the torque: time, resolution, bandwidth, and a model that is not quite right.
+//! Effects between controller and torque: delay, DAC resolution, current loop; and plant mismatch.
 
 use crate::servo::parameters::positive;
 use crate::servo::{Plant, ServoError};
@@ -7,10 +7,10 @@ use crate::servo::{Plant, ServoError};
 ///
 /// Inside a period the voltage switches once, and the machine is advanced in two parts.
 ///
-/// Source: K. J. Åström, B. Wittenmark, "Computer-Controlled Systems", 3rd edition, section 2.3 (delay of a part of a period).
+/// Source: K. J. Åström, B. Wittenmark, "Computer-Controlled Systems", 3rd edition, section 2.3 (fractional delay).
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Delay {
-    /// `d`, whole and broken samples, from 0 to 16.
+    /// `d`, fractions included, from 0 to 16.
     pub samples: f64,
 }
 
@@ -74,7 +74,7 @@ impl CurrentLoop {
     }
 }
 
-/// The plant is the model times these factors.
+/// Plant mismatch: the true plant is the model times these factors.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Mismatch {
     /// Of the gain `K`, positive.

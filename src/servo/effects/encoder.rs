@@ -1,4 +1,4 @@
-//! What the controller is told of the motion: encoder, velocity estimate, noise.
+//! Feedback of the controller: encoder, velocity estimate, noise.
 
 use std::f64::consts::PI;
 
@@ -9,14 +9,14 @@ use crate::servo::parameters::{LARGEST, at_most_nyquist, not_negative, positive}
 /// Where the encoder sits.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum EncoderPlace {
-    /// On the motor shaft: it does not see what the screw does.
+    /// On the motor shaft: it does not see the ballscrew.
     #[default]
     Motor,
     /// A scale along the table.
     Table,
 }
 
-/// How the velocity is told from the counts.
+/// How the velocity is estimated from the positions.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub enum VelocityEstimate {
     /// An ideal tachometer on the motor.
@@ -30,7 +30,7 @@ pub enum VelocityEstimate {
         corner_hz: f64,
     },
     /// Tracking observer: `e = x - x̂ - Δt v̂`, `x̂ += Δt v̂ + α e`, `v̂ += β e/Δt`, with `α = 2 ζ ω_o Δt` and `β = (ω_o Δt)²`. Stable while
-    /// `β > 0` and `2 α + β < 4`. It tells the velocity after the correction.
+    /// `β > 0` and `2 α + β < 4`. The velocity is that after the correction.
     ///
     /// Source: G. Ellis, "Observers in Control Systems", chapter 10; the condition is Jury's for the α-β tracker.
     Observer {
@@ -46,9 +46,9 @@ pub enum VelocityEstimate {
 pub struct Encoder {
     /// Where it sits.
     pub place: EncoderPlace,
-    /// One count \[µm at the table\]; 0: as fine as can be. The position is rounded to the nearest count.
+    /// Resolution \[µm at the table\]; 0: none. The position is rounded to the nearest multiple.
     pub resolution_um: f64,
-    /// How the velocity is told from it.
+    /// How the velocity is estimated from it.
     pub velocity: VelocityEstimate,
 }
 

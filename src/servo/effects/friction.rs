@@ -47,9 +47,9 @@ pub struct LuGre {
 /// One of the models.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Friction {
-    /// Sticks truly.
+    /// With true sticking.
     Coulomb(Coulomb),
-    /// Gives a little before it slides.
+    /// Bristles that bend before the table slides.
     LuGre(LuGre),
 }
 

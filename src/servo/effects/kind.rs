@@ -7,7 +7,7 @@ use super::Effects;
 pub enum EffectKind {
     /// Mismatch between model and plant.
     Mismatch,
-    /// Encoder: counts, place, velocity told from them.
+    /// Encoder: resolution, place, velocity estimate.
     Encoder,
     /// Measurement noise.
     Noise,
@@ -48,7 +48,7 @@ impl EffectKind {
         Self::Force,
     ];
 
-    /// What it is called in tables; the scenario's key is this with `_` for a space.
+    /// Name in tables; the key of the scenario is this with `_` for a space.
     pub fn name(self) -> &'static str {
         match self {
             Self::Mismatch => "mismatch",

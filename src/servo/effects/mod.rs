@@ -1,7 +1,7 @@
-//! What a real drive does beside its linear model: one parameter struct an effect, each off unless given.
+//! Effects of the detailed drive model: one parameter struct per effect, each off unless given.
 //!
-//! The plant `ω(s)/u(s) = K/(1 + τ s)` is the motion of a body, `J ω' + B ω = u/k_T` with `B = 1/(k_T K)` and `J = τ B`: that is what
-//! gives every torque and force here its meaning. Torques are at the motor shaft, positive where they push forward.
+//! The plant `ω(s)/u(s) = K/(1 + τ s)` is the motion of a body, `J ω' + B ω = u/k_T` with `B = 1/(k_T K)` and `J = τ B`: every
+//! torque and force here refers to it. Torques are at the motor shaft, positive where they push forward.
 
 mod disturbance;
 mod electronics;
@@ -23,16 +23,16 @@ pub use kind::EffectKind;
 pub use lookup_table::LookupTable;
 pub use screw::{Backlash, PitchError, TwoMass};
 
-/// Everything that can be switched on, for one axis.
+/// The effects of one axis.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Effects {
-    /// The plant is not what the controller was tuned for.
+    /// Mismatch between the true plant and the one that the controller was tuned for.
     pub mismatch: Option<Mismatch>,
     /// How position and velocity are measured; none: exactly, at the motor.
     pub encoder: Option<Encoder>,
     /// Noise of the measurement.
     pub noise: Option<Noise>,
-    /// Computation delay, beside the loop's own sample if it has one.
+    /// Computation delay, in addition to the loop's own sample if it has one.
     pub delay: Option<Delay>,
     /// Resolution of the voltage.
     pub dac: Option<Dac>,
@@ -59,7 +59,7 @@ pub struct Effects {
 pub struct Integration {
     /// Steps a control period, at least (events and errors make them shorter).
     pub substeps: u32,
-    /// A step is halved while what it leaves out of friction, ripple and force may change the table's speed by more than this \[mm/s\].
+    /// A step is halved while its error in friction, ripple and force may change the table's speed by more than this \[mm/s\].
     pub tolerance_mm_s: f64,
 }
 
@@ -90,7 +90,7 @@ impl Integration {
 }
 
 impl Effects {
-    /// The plant as it is.
+    /// The true plant, with the mismatch.
     pub fn plant(&self, plant: &Plant) -> Plant {
         self.mismatch.map_or(*plant, |mismatch| mismatch.plant(plant))
     }

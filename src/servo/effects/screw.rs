@@ -1,4 +1,4 @@
-//! The ballscrew: flexible, with backlash, and not quite true.
+//! The ballscrew: compliance, backlash, pitch error.
 
 use super::lookup_table::LookupTable;
 use crate::servo::parameters::{not_negative, positive};

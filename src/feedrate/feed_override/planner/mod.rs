@@ -1,4 +1,4 @@
-//! How the feed scale goes from ratio to ratio.
+//! The override planner: the feed scale from one override ratio to the next within the limits.
 
 mod ahead;
 
@@ -130,7 +130,7 @@ impl<'a, const D: usize> OverridePlanner<'a, D> {
         }
     }
 
-    /// Runs up to a step and turns to its ratio.
+    /// Runs up to a change and goes to its ratio.
     pub(super) fn turn(&mut self, index: usize, step: &OverrideStep) {
         let &OverrideStep { at_s, ratio, transition_s: asked_s } = step;
         self.advance(at_s);
@@ -194,7 +194,7 @@ impl<'a, const D: usize> OverridePlanner<'a, D> {
         }
     }
 
-    /// The ratio that is to be gone to now.
+    /// The ratio to go to now.
     fn goal(&self) -> f64 {
         let ratio = self.change.ratio;
         if ratio <= 1.0 {
@@ -231,7 +231,7 @@ impl<'a, const D: usize> OverridePlanner<'a, D> {
         }
     }
 
-    /// Up to when a steady ratio is the one to have.
+    /// Until when a steady ratio applies.
     fn steady_until(&mut self, goal: f64) -> f64 {
         let State { t, tau, .. } = self.state;
         let Some((from, to)) = self.cruise else { return f64::INFINITY };
@@ -311,7 +311,7 @@ impl<'a, const D: usize> OverridePlanner<'a, D> {
         step.max(1e-12 * (1.0 + t)).min(0.05 * self.end / ratio.max(1e-3))
     }
 
-    /// The planned_motion from here on.
+    /// The planned motion from here on.
     fn restart(&mut self) {
         let row = self.planned_motion.fresh(self.state.tau);
         let (slope, bend) = self.most(&row);
