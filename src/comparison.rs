@@ -32,7 +32,7 @@ impl Column {
     /// What stands above it.
     pub fn name(&self) -> &str {
         match self {
-            Self::Own => "as it is",
+            Self::Own => "scenario",
             Self::Controller(kind) => kind.name(),
             Self::Gains(name, _) => name,
         }

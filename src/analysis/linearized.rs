@@ -58,7 +58,7 @@ impl Linearized {
                         self.taken("scale at the table");
                     }
                     if encoder.resolution_um > 0.0 {
-                        self.left("counts of the encoder");
+                        self.left("encoder quantisation");
                     }
                 }
                 EffectKind::Friction => {

@@ -128,7 +128,7 @@ pub(super) fn linearized<'a>(axes: impl Iterator<Item = (&'a str, &'a Linearized
         }
     }
     for (name, linear) in axes.filter(|(_, linear)| !linear.neglected.is_empty()) {
-        add(name, format!("left out, not linear: {}", linear.neglected.join(", ")));
+        add(name, format!("neglected, not linear: {}", linear.neglected.join(", ")));
     }
     lines.into_iter().map(|(names, text)| format!("{}: {text}", names.join(" and "))).collect()
 }

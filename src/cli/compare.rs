@@ -258,7 +258,7 @@ fn broken(comparison: &Comparison) -> Vec<String> {
             && !cell.passed
         {
             let last = comparison.lines.last().map_or("", |line| line.drives.as_str());
-            out.push(format!("{column}: breaks a limit of the scenario ({last}); `servosim run` tells which"));
+            out.push(format!("{column}: breaks a limit of the scenario ({last}); `servosim run` says which"));
         }
     }
     out

@@ -91,7 +91,7 @@ fn table(learned: &Learned) -> String {
     );
     // Writing to a string does not fail.
     if learned.continued {
-        out.push_str("  goes on from the corrections that the scenario has: the first run is made with them\n\n");
+        out.push_str("  continues from the correction of the scenario: the first run is made with it\n\n");
     }
     let _ = writeln!(out, "  run   tracking rms       max   contouring rms       max   voltage");
     for run in &learned.runs {

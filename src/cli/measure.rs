@@ -365,7 +365,7 @@ fn step_table(measured: &Steps) -> String {
     table.row("  settled", &each(&|a| a.step.settling_s.map(|s| 1e3 * s), 4, never), "ms");
     // Less than rounding is nothing.
     let rest = |um: f64| Some(if um.abs() < 1e-9 { 0.0 } else { um });
-    table.row("  rests off its command by", &each(&|a| rest(a.step.rest_um), 3, never), "µm (negative: beyond)");
+    table.row("  remaining error at rest", &each(&|a| rest(a.step.rest_um), 3, never), "µm (negative: beyond)");
     let feed = measured.axes.first().map_or(0.0, |axis| axis.ramp.feed_mm_s);
     let label = format!("following error at {} mm/s", short(feed, 5));
     table.row(&label, &each(&|a| Some(a.ramp.following_error_um), 5, never), "µm (negative: ahead)");
@@ -373,6 +373,6 @@ fn step_table(measured: &Steps) -> String {
     table.row("  ripple", &each(&|a| Some(a.ramp.ripple_um), 3, never), "µm");
     table.row("  largest of the whole ramp", &each(&|a| Some(a.ramp.largest_error_um), 5, never), "µm");
     table.row("  settled after its end", &each(&|a| a.ramp.settling_s.map(|s| 1e3 * s), 4, never), "ms");
-    table.row("  rests off its command by", &each(&|a| rest(a.ramp.rest_um), 3, never), "µm (negative: beyond)");
+    table.row("  remaining error at rest", &each(&|a| rest(a.ramp.rest_um), 3, never), "µm (negative: beyond)");
     table.warnings(measured.warnings.iter().cloned())
 }

@@ -50,7 +50,7 @@ pub(crate) fn run(args: &NewArgs) -> Result<Outcome, CliError> {
             Ok(Outcome::Fine)
         }
         Err(error) if error.kind() == io::ErrorKind::AlreadyExists => Err(CliError::Usage(format!(
-            "{shown} exists already and is left as it is\nhelp: take another name, or replace the file with --force"
+            "{shown} exists already and is not changed\nhelp: choose another name, or replace the file with --force"
         ))),
         Err(error) if error.kind() == io::ErrorKind::NotFound => {
             Err(CliError::Usage(format!("the folder of {shown} does not exist\nhelp: make it first with mkdir")))

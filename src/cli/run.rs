@@ -158,7 +158,7 @@ fn warn_of_instability(scenario: &Scenario) {
     let Ok(loops) = analyze::loops(scenario) else { return };
     for (name, _) in AXIS_NAMES.iter().zip(loops).filter(|(_, axis)| !axis.is_stable()) {
         note(&format!(
-            "note: the loop of axis {name} is unstable, whatever this run shows; `servosim analyze` tells more"
+            "note: the loop of axis {name} is unstable, even if this run does not show it; `servosim analyze` says more"
         ));
     }
 }

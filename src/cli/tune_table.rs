@@ -181,10 +181,10 @@ impl Column {
 // Writing to a string does not fail.
 fn active(out: &mut String, report: &TuningReport) {
     if report.active.is_empty() {
-        out.push_str("  no limit and no bound is in the way\n\n");
+        out.push_str("  no constraint and no bound is active\n\n");
         return;
     }
-    out.push_str("  what is in the way of a smaller error\n");
+    out.push_str("  active constraints and bounds\n");
     for line in &report.active {
         let _ = writeln!(out, "    {line}");
     }
@@ -193,7 +193,7 @@ fn active(out: &mut String, report: &TuningReport) {
 
 fn sensitivities(out: &mut String, report: &TuningReport) {
     let unit = if report.search.objective == "weighted" { "objective" } else { "error [µm]" };
-    let _ = writeln!(out, "  what one percent does  {unit:>14} -1 %     +1 %        Ms -1 %     +1 %");
+    let _ = writeln!(out, "  effect of one percent  {unit:>14} -1 %     +1 %        Ms -1 %     +1 %");
     for gain in &report.gains {
         let _ = writeln!(
             out,
@@ -209,21 +209,21 @@ fn sensitivities(out: &mut String, report: &TuningReport) {
 }
 
 fn checks(out: &mut String, report: &TuningReport) {
-    out.push_str("  checked beyond the objective\n");
+    out.push_str("  further checks\n");
     for check in &report.checks {
         // Where the drive is at its limit no gains help: that is no merit of these.
         let saturates = check.after.is_some_and(|after| after.saturated_share > 0.0);
         let verdict = match (check.survives, saturates) {
-            (true, false) => "survives",
+            (true, false) => "passes",
             (true, true) => "no worse than before",
-            (false, _) => "DOES NOT SURVIVE",
+            (false, _) => "FAILS",
         };
         let _ = writeln!(out, "    {:<26} {verdict}: {}", check.name, of_check(check));
     }
 }
 
 fn of_check(check: &Check) -> String {
-    let Some(after) = &check.after else { return "it could not be run".to_owned() };
+    let Some(after) = &check.after else { return "not run".to_owned() };
     let before = check.before.as_ref().map(|f| format!(" ({} before)", significant(f.max_contour_error_um, 5)));
     let trouble = if after.locked_up {
         ", an axis locks up".to_owned()

@@ -147,7 +147,7 @@ pub enum LearnError {
     },
     /// The linear loop does not come to rest.
     #[error(
-        "nothing can be learned: the loop of axis {axis} is not stable, or takes too long to settle; `servosim analyze` tells why"
+        "nothing can be learned: the loop of axis {axis} is not stable, or takes too long to settle; `servosim analyze` says why"
     )]
     Unstable {
         /// In capitals.

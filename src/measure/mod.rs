@@ -65,7 +65,7 @@ pub enum MeasureError {
     },
     /// The loop is unstable: it swings by itself, and nothing answers its command.
     #[error(
-        "axis {axis} has no frequency response: its loop is unstable; `servosim analyze` tells what would make it stable"
+        "axis {axis} has no frequency response: its loop is unstable; `servosim analyze` says what would make it stable"
     )]
     Unstable {
         /// Which axis, in capitals.
@@ -73,7 +73,7 @@ pub enum MeasureError {
     },
     /// The loop does not stay where it is put.
     #[error(
-        "axis {axis} cannot be measured: its loop diverged at t = {time_s} s; `servosim analyze` tells what is wrong with it"
+        "axis {axis} cannot be measured: its loop diverged at t = {time_s} s; `servosim analyze` says what is wrong with it"
     )]
     Diverged {
         /// Which axis, in capitals.

@@ -188,7 +188,7 @@ pub fn step(scenario: &Scenario, request: &StepRequest) -> Result<Steps, Measure
         let (step, ramp) = (&found.step, &found.ramp);
         if !found.stable {
             warnings.push(format!(
-                "{name}: the loop is unstable, whatever these metrics say; `servosim analyze` tells what would make it stable"
+                "{name}: the loop is unstable, whatever these figures show; `servosim analyze` says what would make it stable"
             ));
         }
         let limit = idle.axes[axis].drive.voltage_limit_v;

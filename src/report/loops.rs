@@ -92,7 +92,7 @@ fn in_the_loop(axes: &[Drawn<'_>]) -> String {
         parts.push(format!("With {}", taken.join(", ")));
     }
     if axes.iter().any(|axis| !axis.drive.linearized().neglected.is_empty()) {
-        parts.push("What is not linear is left out".to_owned());
+        parts.push("Nonlinear effects are neglected".to_owned());
     }
     parts.join(". ")
 }

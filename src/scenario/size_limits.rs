@@ -42,7 +42,7 @@ pub(super) fn check(text: &str) -> Result<(), Diagnostic> {
             ))
             .at(key)
             .label("this array")
-            .help("leave out points (a spline needs few), or make the path from Rust: `path::PhSpline` takes more"))
+            .help("use fewer points (a spline needs few), or build the path in Rust: `path::PhSpline` takes more"))
         }
         _ => Ok(()),
     }

@@ -358,7 +358,7 @@ fn count(method: Method, plan: &Plan, variables: &[Variable]) -> Result<u64, Swe
     if plan.samples.is_some() {
         return Err(SweepError::request(
             "a grid has as many points as its counts make, not a number of samples",
-            "leave out --samples, or choose another method",
+            "omit --samples, or choose another method",
         ));
     }
     let mut counts = Vec::with_capacity(variables.len());

@@ -76,7 +76,7 @@ pub enum SweepError {
         kept: String,
     },
     /// The user stopped it.
-    #[error("interrupted after {done} of {count} points; {} keeps them, the same command goes on from there", journal.display())]
+    #[error("interrupted after {done} of {count} points; {} keeps them, the same command continues from there", journal.display())]
     Interrupted {
         /// Points that are computed.
         done: u64,

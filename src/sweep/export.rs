@@ -50,7 +50,7 @@ pub fn export(
         ));
     }
     let kept = match journals {
-        [one] => format!("{} keeps every point; the same command goes on from there", one.path().display()),
+        [one] => format!("{} keeps every point; the same command continues from there", one.path().display()),
         _ => "the parts keep every point; the same command starts again from them".to_owned(),
     };
     let failed =

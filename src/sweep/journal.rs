@@ -187,7 +187,7 @@ impl Journal {
             Content::Journal(journal) => Ok(*journal),
             Content::Beginning => Err(SweepError::unfit(
                 format!("{} ends before its first point", path.display()),
-                "run its shard again: it goes on from there",
+                "run its shard again: it continues from there",
             )),
         }
     }

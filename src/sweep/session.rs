@@ -185,7 +185,7 @@ impl<'a> Session<'a> {
             file: self.journal.path.clone(),
             source,
             kept: format!(
-                "it keeps {} of {} points; when there is room, the same command goes on from there",
+                "it keeps {} of {} points; when there is room, the same command continues from there",
                 self.done(),
                 self.points()
             ),

@@ -52,7 +52,7 @@ pub fn merge(files: &[PathBuf]) -> Result<(Sweep, Vec<Journal>), SweepError> {
                     other.header.points()
                 ),
                 format!(
-                    "run its shard again, with --shard {}/{}: it goes on from there",
+                    "run its shard again, with --shard {}/{}: it continues from there",
                     other.shard().index,
                     other.shard().of
                 ),

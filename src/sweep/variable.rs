@@ -232,7 +232,7 @@ fn range(
             None => (Some(rest), false),
             Some((count, "log")) => (Some(count), true),
             Some((_, other)) => {
-                return Err(wrong(&format!("`{other}` is not known here"), "the scale is `log` or left out"));
+                return Err(wrong(&format!("`{other}` is not known here"), "the scale is `log` or omitted"));
             }
         },
     };
@@ -249,7 +249,7 @@ fn range(
         return Err(wrong("the range is too wide for a number", FORMS));
     }
     if logarithmic && from <= 0.0 {
-        return Err(wrong("a logarithmic range must be positive", "raise the lower bound, or leave out `log`"));
+        return Err(wrong("a logarithmic range must be positive", "raise the lower bound, or omit `log`"));
     }
     let count = match count.map(str::trim) {
         None => None,
@@ -308,7 +308,7 @@ fn half_width(
     if width > 0.0 && !is_negative {
         Ok(width)
     } else {
-        Err(wrong("what stands behind ± must be positive", "write ±20% or ±5"))
+        Err(wrong("the value after ± must be positive", "write ±20% or ±5"))
     }
 }
 

@@ -66,7 +66,7 @@ pub enum TuningError {
         least: usize,
     },
     /// A limit that nothing can keep, or that limits nothing.
-    #[error("{name} = {value} makes no sense: it must be {needed}")]
+    #[error("{name} = {value} is out of range: it must be {needed}")]
     Limit {
         /// What is limited.
         name: &'static str,

@@ -177,7 +177,7 @@ fn a_drive_as_it_is_is_analysed_as_it_is() {
         .assert()
         .success()
         .stdout(contains("X and Y: in the loop: mismatch, delay of 0.3 samples, current loop, two masses\n"))
-        .stdout(contains("X and Y: left out, not linear: counts of the encoder, noise, DAC, friction, backlash"));
+        .stdout(contains("X and Y: neglected, not linear: encoder quantisation, noise, DAC, friction, backlash"));
     let svg = fs::read_to_string(folder.path("output/alpha-real-bode.svg")).unwrap();
     assert!(svg.contains("With mismatch, delay of 0.3 samples, current loop, two masses"));
     // Another controller is another loop.

@@ -341,7 +341,7 @@ fn compare_as_a_user_types_it() {
         .servosim("compare alpha --set limits.contour_error_um=20 --plots none")
         .assert()
         .code(3)
-        .stdout(contains("as it is: breaks a limit of the scenario (ideal model)").and(contains("nothing to compare")));
+        .stdout(contains("scenario: breaks a limit of the scenario (ideal model)").and(contains("nothing to compare")));
     folder
         .servosim("compare alpha --controllers pdff,cascade --plots none --set axes.x.compensation.zero_phase=true")
         .assert()

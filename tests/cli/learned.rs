@@ -108,7 +108,7 @@ fn learning_goes_on_from_what_was_learned() {
         .servosim("learn alpha --runs 2 --plots none --set learned.file=more/alpha-learned.csv")
         .assert()
         .code(0)
-        .stdout(contains("goes on from the corrections that the scenario has"));
+        .stdout(contains("continues from the correction of the scenario"));
 }
 
 #[test]

@@ -314,8 +314,8 @@ fn tune_then_run_keeps_the_limits_and_the_comments() {
         .assert()
         .success()
         .stdout(starts_with("alpha: max contouring error, nelder-mead, 2 starts, "))
-        .stdout(contains("worst of 1000 plants").and(contains("checked beyond the objective")))
-        .stdout(contains("what one percent does").and(contains("at most 1.6")))
+        .stdout(contains("worst of 1000 plants").and(contains("further checks")))
+        .stdout(contains("effect of one percent").and(contains("at most 1.6")))
         .stderr("wrote output/alpha-tuned.toml and output/alpha-tune.svg\n");
     let text = fs::read_to_string(folder.path("output/alpha-tuned.toml")).unwrap();
     let original = include_str!("../../scenarios/alpha.toml");

@@ -356,7 +356,7 @@ fn samples_that_are_not_finite_are_skipped_and_the_reader_is_told() {
     data.push(&sample(2));
     assert_eq!((data.skipped(), data.samples().len()), (4 * 18 + 1, 1));
     let said = texts(&svg(&[data], PlotKind::Voltage));
-    assert!(said.iter().any(|t| t.starts_with("73 samples left out")), "{said:#?}");
+    assert!(said.iter().any(|t| t.starts_with("73 samples not drawn")), "{said:#?}");
 }
 
 /// Runs that have broken plots before, somewhere.

@@ -98,7 +98,7 @@ impl ModalState {
                 Dialect::Fanuc => "end the curve before with its blocks of `K` only",
                 Dialect::LinuxCnc => "end the curve before with `G5.3`",
             };
-            return Err(Diagnostic::new("this block stands inside a curve")
+            return Err(Diagnostic::new("this block is inside a curve")
                 .at(block_words.all())
                 .note(format!("the curve begins on line {line}"))
                 .help(end));

@@ -97,7 +97,7 @@ impl<R: BufRead> Reader<R> {
         if self.state.ended {
             return Err(Diagnostic::new("the program has ended before this block")
                 .at(block_words.all())
-                .help("remove what stands after `M30`, `M2`, `M17` or the second `%`"));
+                .help("remove everything after `M30`, `M2`, `M17` or the second `%`"));
         }
         block_words.once()?;
         let codes = Codes::of(&self.words, text)?;

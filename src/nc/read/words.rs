@@ -157,7 +157,7 @@ fn unexpected(line: &str, at: usize) -> Diagnostic {
     let shown = if c.is_control() { format!("the character U+{:04X}", u32::from(c)) } else { format!("`{c}`") };
     Diagnostic::new(format!("{shown} begins no word"))
         .at(at..at + c.len_utf8())
-        .help("a word is a letter and a number, such as `X12.5`; comments stand in `( )` or after `;`")
+        .help("a word is a letter and a number, such as `X12.5`; comments are written in `( )` or after `;`")
 }
 
 /// The first place at or after `at` that is not a space.
@@ -248,6 +248,6 @@ fn unknown_name(name: &str, span: Range<usize>) -> Diagnostic {
             problem.help("the compressor changes the path in a way that only the control knows: remove the word")
         }
         "MSG" => problem.help("write the message as a comment: `; text`"),
-        _ => problem.help("a word is a letter and a number; a comment stands in `( )` or after `;`"),
+        _ => problem.help("a word is a letter and a number; a comment is written in `( )` or after `;`"),
     }
 }

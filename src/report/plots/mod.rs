@@ -107,7 +107,7 @@ fn heading(runs: &[Named<'_>], what: &str) -> Heading {
         }
         match run.data.skipped() {
             0 => {}
-            n => warnings.push(format!("{prefix}{n} samples left out: a value is not a finite number")),
+            n => warnings.push(format!("{prefix}{n} samples not drawn: a value is not a finite number")),
         }
         if run.data.metrics().samples == 0 {
             warnings.push(capital(&format!("{prefix}no samples")));
