@@ -10,8 +10,8 @@
 //!
 //! of which [`Piece::square`] takes `h` to `p⁶`, `k` to `p²`, `1/(1 - kv)` to `(kv)⁴` and the last factor to `1 + 3kv`.
 //!
-//! **What is left out.** With `d` the tracking error, `κ` the largest curvature on the piece and `J` a bound of `|κ'|` there, all with
-//! their slack: `P = 1.1 κ d ≥ |p|`, `V = 1.1 d ≥ |v|`, `K = κV ≤ 0.11`. The series leave out less than
+//! **Neglected terms.** With `d` the tracking error, `κ` the largest curvature on the piece and `J` a bound of `|κ'|` there, all with
+//! their slack: `P = 1.1 κ d ≥ |p|`, `V = 1.1 d ≥ |v|`, `K = κV ≤ 0.11`. The series neglect less than
 //! `V (0.3 P⁸ + 0.6 P² K⁵ + 0.9 K³ P⁴ + 1.1 K P⁶)`, and the curvature's change over the `|v| P` between the point below the tool and its
 //! foot less than `J (VP)³/5`. Twice the sum, with `ε`, is kept below half a nanometre by the largest `d` that a [`Piece`] takes.
 //!

@@ -6,17 +6,17 @@
 //! | a block to a curve in space that knows its arc length | [`Shape`], [`MotionReader`] |
 //! | how fast it may be run | [`Machine`]: rapid feed, acceleration, jerk, lateral acceleration, velocity step at corners |
 //! | when | [`LookAhead`](crate::feedrate::LookAhead) |
-//! | what is known of a program without simulating it | [`ProgramStatistics`] |
+//! | statistics of a program, without simulating it | [`ProgramStatistics`] |
 //! | a tool path to blocks | [`program`] |
 //! | one control period after another | [`ProgramRun`], a stream of [`ProgramPeriod`]s |
-//! | the part that comes of it | [`HeightField`], [`DeviationMap`]; of a program or a run: [`Inspection`] |
+//! | the resulting part | [`HeightField`], [`DeviationMap`]; of a program or a run: [`Inspection`] |
 //!
 //! # Conventions
-//! - Rapid motion (`G00`) is a straight line at the rapid feed along it, all axes together; a control may move each at its own pace.
+//! - Rapid motion (`G00`) is a straight line at the rapid feed along it, all axes together; a control may move each axis at its own speed.
 //! - Between rapid motion and motion at the feed, and at a dwell, the machine stops. Spindle, coolant and other words that move
 //!   nothing take no time.
 //! - Blocks join exactly: each begins where the one before ends, also where a program's rounding leaves up to
-//!   [`JOIN_TOLERANCE_MM`](crate::nc::JOIN_TOLERANCE_MM) between them. Motions shorter than 1e-6 mm are left out.
+//!   [`JOIN_TOLERANCE_MM`](crate::nc::JOIN_TOLERANCE_MM) between them. Motions shorter than 1e-6 mm are skipped.
 //! - Memory does not grow with the program: blocks are read as they are needed.
 
 mod deviation;

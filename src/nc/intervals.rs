@@ -1,6 +1,6 @@
-//! Which knot a Siemens block's `PL` sets. The one place that knows.
+//! Which knot a Siemens block's `PL` sets, for reader and writer.
 //!
-//! Taken is the reading of the one open writer, as no manual in reach says it: a block's `PL` is the knot interval that ends
+//! No manual at hand says it; this follows the one open writer: a block's `PL` is the knot interval that ends
 //! at its point. A curve of degree `p` with `n + 1` control points has `n - p + 1` intervals `u_{p+i} - u_{p+i-1}`; block `i`
 //! carries interval `i`, for `i = 1 … n - p + 1`. The first block and the last `p - 1` blocks carry 0.
 

@@ -14,9 +14,9 @@
 //! - Positions are those of the tool tip in the part's coordinates \[mm\]; inches are converted. Feeds are mm/min, as `F` says them.
 //! - Knots are in millimetres of chord, from 0 ([`Nurbs::rescaled`]). A curve does not change under `u → a u + b`, so a
 //!   curve read back has its knots up to such a map.
-//! - Which knot a block's `PL` sets no manual in reach tells. Taken is the reading of the one open writer: the knot interval
-//!   that ends at the block's point; first block 0, the last `degree - 1` blocks 0. It stands in one place
-//!   (`nc/intervals.rs`), for reader and writer.
+//! - No manual at hand says which knot a block's `PL` sets. Reader and writer follow the one open writer: the knot interval
+//!   that ends at the block's point; first block 0, the last `degree - 1` blocks 0. The rule is in one place
+//!   (`nc/intervals.rs`).
 //!
 //! # What is written
 //! Coordinates in millimetres (`G90`, `G21` or `G71`, `G17`), with stated [`Decimals`]. What rounding them moves is bounded over

@@ -8,7 +8,7 @@
 //! | [`NelderMead`] | up to about ten variables, smooth or not |
 //! | [`CmaEs`] | rough or badly scaled functions; learns the valley's shape, robust against noise |
 //!
-//! Each has `minimize` and `minimize_until`, which tells a callback of every iteration and ends when that says so. What is minimised is a number
+//! Each has `minimize` and `minimize_until`, which passes every iteration to a callback and ends when it says so. What is minimised is a number
 //! or a [`Value`], which also says by how much a point breaks its constraints. All of them are
 //! deterministic: basic arithmetic and `libm` only, random numbers from a seed.
 //!

@@ -1,4 +1,4 @@
-//! The program of a part, and the metrics of its tool path.
+//! The NC program of a part, and the statistics of its tool path.
 
 use serde::Serialize;
 

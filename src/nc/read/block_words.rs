@@ -1,4 +1,4 @@
-//! The words of a block as they are used up.
+//! The words of a block; what is left unused is reported.
 
 use super::words::{Address, Word};
 use crate::diagnostics::{Diagnostic, brief};

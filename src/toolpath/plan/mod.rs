@@ -3,7 +3,7 @@
 //! 1. Rings: the boundary, then one step-over inside the other, each at the smallest step-over met on the one before; a tree.
 //! 2. Projection: each ring is laid on the cutter-location surface ([`DesignSurface::rest`]).
 //! 3. Fit: each ring becomes one NURBS curve, and for comparison a polyline.
-//! 4. Links: rings follow each other on the surface along the branches of the tree; branches are joined through the air.
+//! 4. Links: rings follow each other on the surface along the branches of the tree; branches are joined by rapid moves.
 //!
 //! # What is promised
 //! With the scallop height `h` and the tolerance `ε` the path tolerance is `ε' = min(ε, h/4)`. Every point of the path is within `ε'` of
@@ -12,7 +12,7 @@
 //! ridge `h'` with `h'(2r - h') = (r - ε')² - (r - h)²`, a little less than `h - ε'`. `ε'` is divided: rounding of the program
 //! ([`Options::rounding_mm`], at most a quarter), twice the chords of the points that are fitted (4 % each), the fit.
 //!
-//! Rings are held to this at sampled places: what lies between them the machining check tells. The sharp edge of a flat end
+//! Rings are checked at sampled places; the machining check shows what lies between them. The sharp edge of a flat end
 //! cuts steps into a slope: where a single pass leaves more than `h` under its axis, `r tan θ cos θ`, there is no tool path.
 //!
 //! Ridges are promised for every point that the cutter touches with its axis inside the first ring. Where the surface rises

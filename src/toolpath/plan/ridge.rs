@@ -1,6 +1,6 @@
-//! What a pass leaves, and how far the next one may be.
+//! The ridge that a pass leaves, and how far away the next pass may be.
 //!
-//! Everything is told in the plane of the tool axis. A place `q` of that plane stands for the point `x(q)` of the surface that the
+//! All places are those of the tool axis in plan. A place `q` of that plane stands for the point `x(q)` of the surface that the
 //! cutter touches when its axis is there; a pass at `p` leaves on `x(q)` the height `(z_p + g(|x - p|) - x_z) n_z`: what stands between
 //! the cutter's bottom and the surface, along the surface's normal. On a plane of any slope that is the exact height of the ridge.
 //! (Of a cutter with a sharp edge `x(q)` is the point under `q`: on a slope an upper bound, that passes further down improve on.)
