@@ -136,6 +136,72 @@ fn links_of_the_documentation_lead_somewhere() {
     assert!(wrong.is_empty(), "these links lead nowhere:\n{}", wrong.join("\n"));
 }
 
+/// Code spans of a page, outside of fenced blocks.
+fn code_spans(text: &str) -> Vec<(usize, String)> {
+    let mut fenced = false;
+    let mut spans = Vec::new();
+    for (i, line) in text.lines().enumerate() {
+        fenced ^= line.trim_start().starts_with("```");
+        if !fenced {
+            spans.extend(line.split('`').skip(1).step_by(2).map(|span| (i + 1, span.to_owned())));
+        }
+    }
+    spans
+}
+
+#[test]
+fn files_that_the_documentation_names_exist() {
+    let folders = ["src/", "tests/", "docs/", "benches/", "scenarios/", "examples/", ".ci/"];
+    let mut wrong = Vec::new();
+    for (name, text) in pages().into_iter().filter(|(name, _)| name != "CHANGELOG.md") {
+        for (line, span) in code_spans(&text) {
+            let is_file = folders.iter().any(|folder| span.starts_with(folder));
+            // Patterns and placeholders are no files.
+            if is_file && !span.contains(['*', 'N', '…', ' ']) && !Path::new(ROOT).join(&span).exists() {
+                wrong.push(format!("{name}:{line}: {span}"));
+            }
+        }
+    }
+    assert!(wrong.is_empty(), "these files are not there:\n{}", wrong.join("\n"));
+}
+
+#[test]
+fn the_glossary_names_code_that_exists() {
+    let mut source = String::new();
+    let mut folders = vec![Path::new(ROOT).join("src")];
+    while let Some(folder) = folders.pop() {
+        for entry in fs::read_dir(folder).unwrap() {
+            let path = entry.unwrap().path();
+            if path.is_dir() {
+                folders.push(path);
+            } else if path.extension().is_some_and(|ending| ending == "rs") {
+                source.push_str(&fs::read_to_string(path).unwrap());
+            }
+        }
+    }
+    let words: BTreeSet<&str> = source.split(|c: char| !(c.is_alphanumeric() || c == '_')).collect();
+    let glossary = fs::read_to_string(Path::new(ROOT).join("docs/glossary.md")).unwrap();
+    let mut wrong = Vec::new();
+    let mut code = None;
+    for line in glossary.lines().filter(|line| line.starts_with('|')) {
+        let line = line.replace("\\|", "");
+        let cells: Vec<&str> = line.trim_matches('|').split('|').map(str::trim).collect();
+        if let Some(column) = cells.iter().position(|cell| *cell == "code") {
+            code = Some(column);
+            continue;
+        }
+        let Some(cell) = code.and_then(|column| cells.get(column)) else { continue };
+        for (_, span) in code_spans(cell) {
+            let name = span.rsplit("::").next().unwrap_or_default();
+            let is_file = Path::new(ROOT).join("src").join(&span).exists();
+            if !is_file && !name.contains('…') && !words.contains(name) {
+                wrong.push(format!("{}: {span}", cells[0]));
+            }
+        }
+    }
+    assert!(wrong.is_empty(), "the glossary names what is not in the code:\n{}", wrong.join("\n"));
+}
+
 #[test]
 fn anchors_are_those_of_github() {
     let text = "# One `two_three`\n```\n# code\n```\n## What's new (0.1)?\n## One two_three\n## Ω and -1\n";
