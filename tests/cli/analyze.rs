@@ -189,5 +189,5 @@ fn a_drive_as_it_is_is_analysed_as_it_is() {
     folder
         .servosim("run alpha --plots none --set axes.x.effects.delay.samples=1")
         .assert()
-        .stderr(contains("note: the loop of axis x is unstable, whatever this run shows"));
+        .stderr(contains("note: the loop of axis x is unstable, even if this run does not show it"));
 }
