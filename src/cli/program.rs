@@ -155,7 +155,7 @@ pub(crate) fn run(args: &RunArgs) -> Result<Outcome, CliError> {
         }
         for ((axis, parameters), drive) in AXIS_NAMES.iter().zip(&part.machine.axes).zip(&part.drives) {
             if DriveLoop::new(parameters, drive, &part.machine.settings).is_ok_and(|of| !of.is_stable()) {
-                note(&format!("note: the loop of axis {axis} is unstable, whatever this run shows"));
+                note(&format!("note: the loop of axis {axis} is unstable, even if this run does not show it"));
             }
         }
     }
