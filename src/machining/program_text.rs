@@ -25,7 +25,7 @@ pub enum Blocks {
     Straight,
 }
 
-/// The blocks of a tool path. Rounding them by at most [`rounding_mm`](crate::toolpath::plan::RecordingMetadata::rounding_mm) keeps what
+/// The blocks of a tool path. Rounding them by at most [`rounding_mm`](crate::toolpath::plan::Statistics::rounding_mm) keeps what
 /// the path promises: a [`Writing`](crate::nc::Writing)'s tolerance.
 pub fn program(path: &ToolPath, feeds: &Feeds, as_blocks: Blocks) -> Program {
     let mut blocks = Vec::new();

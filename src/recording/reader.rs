@@ -35,7 +35,7 @@ const MAX_LOG_LINES: usize = 1000;
 #[derive(Debug, Clone, Default, PartialEq)]
 #[non_exhaustive]
 pub struct Recording {
-    /// RecordingMetadata of the run: `name`, `scenario_sha256`, `seed`, `units`, `version`.
+    /// Metadata of the run: `name`, `scenario_sha256`, `seed`, `units`, `version`.
     pub run: BTreeMap<String, String>,
     /// What was planned: `samples`, `period_s`, `path_length_mm`, `motion_time_s`, `error_magnification`,
     /// `contour_error_limit_um` (empty when there is none), `voltage_limit_x_v`, `voltage_limit_y_v`.

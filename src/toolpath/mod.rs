@@ -2,7 +2,7 @@
 //!
 //! | step | what does it |
 //! |---|---|
-//! | the surface, as a cutter sees it from above | [`DesignSurface`]; [`mesh`], [`mod@drop`] |
+//! | the surface, as a cutter sees it from above | [`DesignSurface`]; [`mesh`], [`mod@drop_cutter`] |
 //! | the region in plan and its insets | [`guide`] |
 //! | the distance from pass to pass | [`stepover`] |
 //! | rings, laid on the surface, linked | [`plan`] |

@@ -38,7 +38,7 @@ fn prose(text: &str) -> Vec<(usize, String)> {
         } else if !fenced {
             let spans: Vec<&str> = line.split('`').collect();
             // An even number of parts: a span that is not closed, which is text.
-            let open = spans.len() % 2 == 0;
+            let open = spans.len().is_multiple_of(2);
             let outside = spans.iter().enumerate().filter(|(k, _)| k % 2 == 0 || open).map(|(_, part)| *part);
             lines.push((i + 1, outside.collect::<Vec<_>>().join("code")));
         }
@@ -354,8 +354,7 @@ fn commands_of_the_documentation_exist() {
                 let line = words(line);
                 for command in line.split(|word| ["&&", "|", ">"].contains(&word.as_str())) {
                     let arguments = match command.iter().map(String::as_str).collect::<Vec<_>>().as_slice() {
-                        ["servosim", rest @ ..] => rest.to_vec(),
-                        ["cargo", "run", "--release", "--", rest @ ..] => rest.to_vec(),
+                        ["servosim", rest @ ..] | ["cargo", "run", "--release", "--", rest @ ..] => rest.to_vec(),
                         _ => continue,
                     };
                     checks(&folder, &mut helps, &arguments, &place);
@@ -380,7 +379,7 @@ fn checks(folder: &Folder, helps: &mut BTreeMap<String, String>, arguments: &[&s
         assert!(known, "{place}: no option {option}");
     }
     let builtin = |name: &str| Document::builtin(Path::new(name).file_stem()?.to_str()?);
-    let is_part = arguments.iter().any(|argument| argument.ends_with(".nc") || argument.starts_with("patch"));
+    let is_part = arguments.iter().any(|argument| argument.contains(".nc") || argument.starts_with("patch"));
     let own = arguments[kind..].iter().find_map(|argument| builtin(argument));
     let mut document = own.or_else(|| builtin(if is_part { "patch" } else { "alpha" })).unwrap();
     for pair in arguments.windows(2) {

@@ -26,7 +26,7 @@ use super::{PlotKind, RunData};
 /// Limits and bands are shown to scale up to this many times the largest value; beyond, they would flatten the curves.
 const LIMIT_IN_VIEW: f64 = 3.0;
 
-/// LineStyle of limit lines.
+/// Style of limit lines.
 const LIMIT: LineStyle = LineStyle { colour: (70, 70, 70), width_px: 1.3, dash: Some(Dash::new(7.0, 4.0)) };
 
 pub(super) use tune::figure as convergence_figure;
@@ -168,7 +168,7 @@ fn samples(runs: &[Named<'_>]) -> Vec<Vec<super::PlotSample>> {
     runs.iter().map(|run| run.data.samples()).collect()
 }
 
-/// LineStyle of a profile that a run is compared with.
+/// Style of a profile that a run is compared with.
 fn comparison_line_style(runs: &[Named<'_>], run: &Named<'_>) -> LineStyle {
     LineStyle {
         dash: Some(Dash::new(4.0, 3.0)),

@@ -22,7 +22,7 @@ use crate::servo::{Drive, Plant, ServoError};
 /// text on two-mass drives.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct TwoMass {
-    /// LookupTable mass `m` \[kg\], positive.
+    /// Table mass `m` \[kg\], positive.
     pub table_mass_kg: f64,
     /// Stiffness `k` of screw, nut and bearings along the axis \[N/µm\], positive.
     pub stiffness_n_um: f64,

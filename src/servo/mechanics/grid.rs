@@ -272,7 +272,7 @@ pub(super) struct Step {
     pub(super) motor: [Column; 3],
     /// What the motor torque at the end, its slope and curvature there are more than carried on (a quintic through both ends).
     pub(super) motor_end: [Column; 3],
-    /// LookupTable torque at the beginning, and its slope times `h`, carried on in a straight line.
+    /// Table torque at the beginning, and its slope times `h`, carried on in a straight line.
     pub(super) table: [Column; 2],
     /// What the table torque at the end, and its slope there, are more than carried on (a cubic through both ends).
     pub(super) table_end: [Column; 2],

@@ -51,7 +51,7 @@ pub(super) struct State {
     direction: f64,
     /// Bristles of the friction.
     bristle: Bristle,
-    /// LookupTable behind a kinematic gap \[rad\].
+    /// Table behind a kinematic gap \[rad\].
     follower: f64,
     /// Ripple \[N m\], its slope \[N m/rad\] and curvature \[N m/rad²\]; friction \[N m\], its derivative by the
     /// speed \[N m s/rad\], and the rate of bristles \[N m/s\]; force.
