@@ -151,8 +151,8 @@ pub(crate) fn run(args: &TuneArgs) -> Result<Outcome, CliError> {
         // The table tells what the search did not see.
         let tuned = written.first().map_or(String::new(), |file| file.display().to_string());
         args.out.print.note(&format!(
-            "note: the gains were tuned on the models of the axes; `servosim compare {} --gains {tuned}` judges them on the drives as \
-             they are",
+            "note: the gains were tuned on the ideal drive models; `servosim compare {} --gains {tuned}` judges them on the detailed drive \
+             model",
             args.scenario
         ));
     }

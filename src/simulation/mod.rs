@@ -1,7 +1,7 @@
 //! The simulation: setpoints through the axes, one control period after another, handed to observers.
 //!
-//! [`Simulation`] is a stream: an iterator of [`Period`]s that keeps nothing and, once it runs, allocates nothing; but drives as they
-//! are go a block of 2048 periods ahead of it, each axis on a core of its own. [`Simulation::run`] pulls it to its end, watches it
+//! [`Simulation`] is a stream: an iterator of [`Period`]s that keeps nothing and, once it runs, allocates nothing; but detailed drives
+//! go a block of 2048 periods ahead of it, each axis on a core of its own. [`Simulation::run`] pulls it to its end, watches it
 //! ([`Event`]s) and hands every period to the [`Observer`]s: the recording, the summary, or one of your own.
 
 mod axes;

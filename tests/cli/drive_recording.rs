@@ -326,7 +326,7 @@ fn a_run_in_which_the_drives_fall_silent_is_refused() {
         let mut period = periods.next().unwrap();
         period.drives = period.drives.filter(|_| !first);
         let error = Observer::period(&mut recorder, &period).unwrap_err();
-        assert!(error.to_string().contains("some of its samples only"), "{error}");
+        assert!(error.to_string().contains("only some of the samples have drive signals"), "{error}");
     }
 }
 

@@ -277,7 +277,8 @@ fn the_difference_from_the_model_is_told_beside_the_error() {
     }
     let apart = errors[0].iter().zip(&errors[1]).map(|(a, b)| (a - b).norm()).fold(0.0, f64::max);
     let told: Vec<Option<f64>> = comparison.lines.iter().map(|line| line.runs[0].unwrap().from_model_um).collect();
-    assert_eq!(told, [Some(0.0), Some(apart)]);
+    // Errors of some micrometres, differences of positions of some millimetres: the same but for their last digits.
+    assert!(told[0] == Some(0.0) && (told[1].unwrap() - apart).abs() < 1e-9, "{told:?} {apart}");
     // A backlash of 4 µm moves the table by about 2.
     assert!(apart > 1.0 && apart < 6.0, "{apart}");
     // Stopped before it began, there is none.

@@ -369,7 +369,7 @@ fn what_makes_no_sense_is_refused_with_what_to_write() {
     assert!(refused(&[], &Plan::default()).contains("nothing is varied"));
     let one = ["axes.x.pdff.kpp=60:140"];
     assert!(refused(&one, &plan(Method::Sobol, 0, 0)).contains("0 samples"));
-    assert!(refused(&one, &plan(Method::Grid, 9, 0)).contains("leave out --samples"));
+    assert!(refused(&one, &plan(Method::Grid, 9, 0)).contains("omit --samples"));
     let grid = Plan { method: Some(Method::Grid), ..Plan::default() };
     assert!(refused(&one, &grid).contains("a grid needs counted values, and axes.x.pdff.kpp has a range"));
     // A scenario that is itself wrong is told of first.

@@ -267,7 +267,10 @@ fn killed_or_interrupted_the_same_command_goes_on() {
         assert!(length() > before, "{signal}: the journal stays");
         if code.is_some() {
             let told = String::from_utf8(output.stderr).unwrap();
-            assert!(told.contains("interrupted after") && told.contains("the same command goes on"), "{told}");
+            assert!(
+                told.contains("interrupted after") && told.contains("the same command continues from there"),
+                "{told}"
+            );
         }
     }
     folder.servosim(sweep).assert().success().stderr(contains("going on after"));
