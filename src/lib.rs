@@ -73,6 +73,7 @@ pub mod machining;
 pub mod measure;
 pub mod nc;
 pub mod optimize;
+pub mod parameters;
 pub mod path;
 pub mod recording;
 #[cfg(feature = "plots")]

@@ -1,14 +1,12 @@
 //! What a run is held to, and what happens on the way that a person should hear of.
 
+use crate::parameters::axis_name;
 use std::fmt;
 
 use serde::{Deserialize, Deserializer, Serialize, Serializer};
 
 use crate::feedrate::{AxisLimits, OverrideChange};
 use crate::servo::Lockup;
-
-/// Names of the axes, in the order of the path's coordinates.
-pub const AXIS_NAMES: [&str; 3] = ["x", "y", "z"];
 
 /// Limits that a run is held to; a missing one is not checked.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
@@ -224,7 +222,7 @@ impl Event {
 
 impl fmt::Display for Event {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let name = |axis: usize| AXIS_NAMES.get(axis).copied().unwrap_or("?");
+        let name = |axis: usize| axis_name(axis);
         match self {
             Self::SaturationBegan { axis, .. } => write!(f, "axis {}: saturation began", name(*axis)),
             Self::SaturationEnded { axis, lasted_s, .. } => {

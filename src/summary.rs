@@ -1,9 +1,10 @@
 //! The metrics of a run: what the table on standard output, `--format json` and the recording's attachment hold.
 
+use crate::parameters::axis_name;
 use serde::{Deserialize, Serialize};
 
 use crate::feedrate::OverrideChange;
-use crate::limits::{AXIS_NAMES, Event, LimitCheck, Limits, Peaks, finite_or_null, null_is_infinite};
+use crate::limits::{Event, LimitCheck, Limits, Peaks, finite_or_null, null_is_infinite};
 use crate::optimize::Step;
 use crate::simulation::{Observer, ObserverError, Period, RunPlan};
 
@@ -251,7 +252,7 @@ impl<const A: usize> SummaryObserver<A> {
                 .iter()
                 .enumerate()
                 .map(|(i, axis)| AxisSummary {
-                    axis: AXIS_NAMES.get(i).copied().unwrap_or("?").to_owned(),
+                    axis: axis_name(i).to_owned(),
                     max_tracking_error_um: 1e3 * axis.max_tracking_mm,
                     rms_tracking_error_um: 1e3 * axis.tracking.rms(count),
                     peak_voltage_v: axis.peak_voltage,

@@ -1,5 +1,6 @@
 //! The loop of one axis, model or detailed drive.
 
+use crate::parameters::OutOfRange;
 use nalgebra::Complex;
 
 use super::grid::OnGrid;
@@ -11,7 +12,7 @@ use super::response::{
     samples_to_settle, step_response,
 };
 use super::sampled_loop::SampledLoop;
-use crate::servo::{AxisParameters, DriveModel, LoopSettings, ServoError};
+use crate::servo::{AxisParameters, DriveModel, LoopSettings};
 
 /// The linear loop of one axis: that of its model in closed form ([`SampledLoop`]), or, where the drive is more than its model, that of the
 /// detailed drive, with every effect, controller and compensation that is linear. [`DriveLoop::linearized`] tells which those are.
@@ -50,7 +51,7 @@ impl DriveLoop {
     ///
     /// # Errors
     /// A parameter out of its range.
-    pub fn new(axis: &AxisParameters, drive: &DriveModel, settings: &LoopSettings) -> Result<Self, ServoError> {
+    pub fn new(axis: &AxisParameters, drive: &DriveModel, settings: &LoopSettings) -> Result<Self, OutOfRange> {
         let kind = if drive.is_model() {
             axis.check()?;
             settings.check()?;

@@ -1,5 +1,6 @@
 //! The loop of a detailed drive, where it is linear.
 
+use crate::parameters::OutOfRange;
 use std::f64::consts::TAU;
 
 use nalgebra::{Complex, DMatrix, DVector};
@@ -8,7 +9,7 @@ use super::eigen;
 use super::response::Feedforward;
 use crate::servo::compensation::{AccelerationFeedforward, Biquad, ClosedLoop, Filter, ZeroPhase};
 use crate::servo::effects::{EncoderPlace, VelocityEstimate};
-use crate::servo::{AxisParameters, ControllerGains, Derivative, DriveModel, LinearMachine, LoopSettings, ServoError};
+use crate::servo::{AxisParameters, ControllerGains, Derivative, DriveModel, LinearMachine, LoopSettings};
 
 /// The loop of a detailed drive, linear: what [`DetailedAxis`](crate::servo::DetailedAxis) does while nothing rubs, rattles, rounds or clamps.
 ///
@@ -71,7 +72,7 @@ impl LinearDrive {
     ///
     /// # Errors
     /// A parameter out of its range.
-    pub(super) fn new(axis: &AxisParameters, drive: &DriveModel, settings: &LoopSettings) -> Result<Self, ServoError> {
+    pub(super) fn new(axis: &AxisParameters, drive: &DriveModel, settings: &LoopSettings) -> Result<Self, OutOfRange> {
         // It refuses what the axis itself refuses.
         drive.axis(axis, settings, 0.0)?;
         let (effects, compensation, period_s) = (&drive.effects, &drive.compensation, settings.period_s);

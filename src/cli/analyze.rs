@@ -1,9 +1,9 @@
 //! `servosim analyze`: margins, poles, bandwidth and step response of the servo loops, without a run.
 
+use crate::parameters::AXIS_NAMES;
 use std::fmt::Write as _;
 
 use crate::analysis::{DriveLoop, Linearized, LoopMetrics, Pole};
-use crate::limits::AXIS_NAMES;
 use crate::report;
 use crate::scenario::{Document, Scenario};
 use crate::servo::Derivative;

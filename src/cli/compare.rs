@@ -1,11 +1,11 @@
 //! `servosim compare`: one scenario in many variants, side by side.
 
+use crate::parameters::AXIS_NAMES;
 use std::fmt::Write as _;
 use std::path::PathBuf;
 use std::sync::atomic::AtomicBool;
 
 use crate::comparison::{Cell, Column, Comparison};
-use crate::limits::AXIS_NAMES;
 use crate::recording::{Recorder, RecordingMetadata};
 use crate::report;
 use crate::scenario::{Document, Scenario};

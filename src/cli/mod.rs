@@ -297,8 +297,8 @@ impl CliError {
             | Self::Program { source: ProgramError::Read(NcError::Syntax(_)) | ProgramError::Motion { .. }, .. }
             | Self::Invalid { .. }
             | Self::Usage(_)
-            | Self::Measure(MeasureError::Request { .. } | MeasureError::TooLong { .. })
-            | Self::Learn(LearnError::Request { .. } | LearnError::TooLong { .. })
+            | Self::Measure(MeasureError::Request(_) | MeasureError::TooLong { .. })
+            | Self::Learn(LearnError::Request(_) | LearnError::TooLong { .. })
             | Self::Sweep(
                 SweepError::Request { .. }
                 | SweepError::TooMany { .. }

@@ -1,11 +1,12 @@
 //! `servosim run PROGRAM.nc`: a program through the machine, and the part that comes of it.
 
+use crate::parameters::AXIS_NAMES;
 use std::fs::File;
 use std::io::{self, BufReader};
 use std::path::{Path, PathBuf};
 
 use crate::analysis::DriveLoop;
-use crate::limits::{AXIS_NAMES, LimitCheck};
+use crate::limits::LimitCheck;
 use crate::machining::{
     DeviationMap, Inspection, MachinedPart, PartMetrics, ProgramError, ProgramRun, ProgramStatistics,
 };

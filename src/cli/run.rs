@@ -1,12 +1,12 @@
 //! `servosim run`: runs a scenario, records it, plots it and prints its metrics.
 
+use crate::parameters::AXIS_NAMES;
 use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, OnceLock};
 use std::time::{Duration, Instant};
 
 use crate::comparison::{Column, Comparison};
-use crate::limits::AXIS_NAMES;
 use crate::recording::{Recorder, RecordingMetadata};
 use crate::report;
 use crate::scenario::{Document, Scenario};

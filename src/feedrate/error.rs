@@ -1,19 +1,14 @@
 //! Why a motion could not be planned.
 
+use crate::parameters::OutOfRange;
+
 /// Why a motion could not be planned.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum FeedrateError {
     /// A value is out of its range.
-    #[error("{name} = {value} is out of range: it must be {needed}")]
-    OutOfRange {
-        /// The value's name, with its unit.
-        name: &'static str,
-        /// The value.
-        value: f64,
-        /// What it has to be.
-        needed: &'static str,
-    },
+    #[error(transparent)]
+    OutOfRange(#[from] OutOfRange),
     /// The exponential modification is too strong for the feed: the tool would swing past the feed or move back.
     #[error(
         "n_c = {n_c} is too strong for a feed of {feed_mm_s} mm/s reached in {phase_s} s: the acceleration changes sign (it reaches {accel_mm_s2:.1} mm/s² while speeding up)"
@@ -73,7 +68,7 @@ pub(crate) fn positive(name: &'static str, value: f64) -> Result<f64, FeedrateEr
     if (1e-9..=1e9).contains(&value) {
         Ok(value)
     } else {
-        Err(FeedrateError::OutOfRange { name, value, needed: "a positive number, from 1e-9 to 1e9" })
+        Err(FeedrateError::OutOfRange(OutOfRange::new(name, value, "a positive number, from 1e-9 to 1e9")))
     }
 }
 
@@ -82,6 +77,6 @@ pub(super) fn bounded(name: &'static str, value: f64) -> Result<f64, FeedrateErr
     if value.abs() <= 1e18 {
         Ok(value)
     } else {
-        Err(FeedrateError::OutOfRange { name, value, needed: "a finite number, at most 1e18 either side" })
+        Err(FeedrateError::OutOfRange(OutOfRange::new(name, value, "a finite number, at most 1e18 either side")))
     }
 }

@@ -1,5 +1,6 @@
 //! The exponential modification of the quintic: lower peak jerk in the same time and distance.
 
+use crate::parameters::OutOfRange;
 use std::ops::RangeInclusive;
 
 use super::motion_sample::MotionSample;
@@ -58,7 +59,7 @@ impl ExponentialPhase {
         positive("feed_mm_s", feed_mm_s)?;
         positive("phase_s", duration_s)?;
         if !N_C_RANGE.contains(&n_c) {
-            return Err(FeedrateError::OutOfRange { name: "n_c", value: n_c, needed: "between 1 and 20" });
+            return Err(FeedrateError::OutOfRange(OutOfRange::new("n_c", n_c, "between 1 and 20")));
         }
         // Integration by parts, from the highest power down: q_k = (h_k - (k+1) q_{k+1}) / n.
         let mut antiderivative = [0.0; 6];

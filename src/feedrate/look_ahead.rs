@@ -9,6 +9,7 @@
 //! on what follows: the spans before it go out. Results therefore do not depend on how far ahead was looked, and memory holds
 //! what a stop from the programmed feed takes.
 
+use crate::parameters::OutOfRange;
 use std::collections::VecDeque;
 
 use super::span::{Bounds, Span};
@@ -138,7 +139,7 @@ impl LookAhead {
     /// A length or feed that is not between 1e-9 and 1e9, a limit of the shape below 1e-9 or of the joint below 0, a pause that
     /// is not a time.
     pub fn push(&mut self, piece: PathPiece) -> Result<(), FeedrateError> {
-        let out = |name, value, needed| Err(FeedrateError::OutOfRange { name, value, needed });
+        let out = |name, value, needed| Err(FeedrateError::OutOfRange(OutOfRange::new(name, value, needed)));
         let length = positive("length_mm", piece.length_mm)?;
         let asked = positive("feed_mm_s", piece.feed_mm_s)?;
         if !(piece.limit_mm_s >= 1e-9) {

@@ -127,7 +127,7 @@ impl Motion {
         let length = positive("length_mm", length_mm)?;
         let wanted = positive("feed_mm_s", feed_mm_s)?;
         // Both phases together cover V T: the path is long enough from L = V T on.
-        let reachable = |phase_s: f64| Ok(wanted.min(length / positive("phase_s", phase_s)?));
+        let reachable = |phase_s: f64| Ok::<_, FeedrateError>(wanted.min(length / positive("phase_s", phase_s)?));
         let steady = FeedState::steady;
         let accelerate = match profile {
             Profile::Linear { phase_s } => Phase::Bernstein(BernsteinPhase::linear(0.0, reachable(phase_s)?, phase_s)?),

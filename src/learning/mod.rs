@@ -28,6 +28,7 @@
 
 mod spectrum;
 
+use crate::parameters::{AXIS_NAMES, OutOfRange};
 use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
 
@@ -35,10 +36,9 @@ use nalgebra::{Complex, SVector, Vector1, Vector2};
 use serde::Serialize;
 
 use crate::diagnostics::readable;
-use crate::limits::AXIS_NAMES;
 use crate::scenario::Scenario;
 use crate::servo::compensation::Compensation;
-use crate::servo::{AxisParameters, AxisReference, DriveModel, ServoError, step_alone};
+use crate::servo::{AxisParameters, AxisReference, DriveModel, step_alone};
 use crate::simulation::{Ending, MAX_CORRECTED_PERIODS, Period, SimulationError, shift};
 use crate::summary::Summary;
 use spectrum::Transform;
@@ -130,15 +130,8 @@ pub struct Learned {
 #[non_exhaustive]
 pub enum LearnError {
     /// What is asked for cannot be.
-    #[error("{name} = {} is out of range: it must be {needed}", readable(*value))]
-    Request {
-        /// The value, with its unit.
-        name: &'static str,
-        /// Its value.
-        value: f64,
-        /// What it has to be.
-        needed: String,
-    },
+    #[error(transparent)]
+    Request(OutOfRange),
     /// The run is too long to be kept.
     #[error("the run has {samples} control periods; learning keeps them all and takes at most {MAX_LEARNED_PERIODS}")]
     TooLong {
@@ -155,7 +148,7 @@ pub enum LearnError {
     },
     /// A parameter of the drives is out of its range.
     #[error(transparent)]
-    Servo(#[from] ServoError),
+    Servo(#[from] OutOfRange),
     /// The first run failed.
     #[error(transparent)]
     Simulation(#[from] SimulationError),
@@ -196,7 +189,7 @@ pub fn learn(scenario: &Scenario, request: &LearnRequest) -> Result<Learned, Lea
 pub fn learn_until(stop: &AtomicBool, scenario: &Scenario, request: &LearnRequest) -> Result<Learned, LearnError> {
     let settings = &scenario.settings;
     let nyquist_hz = 0.5 / settings.period_s;
-    let refuse = |name, value, needed: String| Err(LearnError::Request { name, value, needed });
+    let refuse = |name, value, needed: String| Err(LearnError::Request(OutOfRange::new(name, value, needed)));
     if !(2..=1000).contains(&request.runs) {
         return refuse("runs", f64::from(request.runs), "a number from 2 to 1000".to_owned());
     }

@@ -2,6 +2,7 @@
 
 use crate::feedrate::FeedrateError;
 use crate::nc::{JOIN_TOLERANCE_MM, MAX_COORDINATE_MM, MAX_DWELL_S, MAX_FEED_MM_MIN, NcError, NurbsFault};
+use crate::parameters::OutOfRange;
 use crate::path::{NurbsError, PathError};
 use crate::simulation::SimulationError;
 
@@ -21,15 +22,8 @@ pub enum ProgramError {
         fault: MotionFault,
     },
     /// A limit of the machine is out of range.
-    #[error("{name} = {value} is out of range: it must be {needed}")]
-    Machine {
-        /// The limit's name, with its unit.
-        name: &'static str,
-        /// Its value.
-        value: f64,
-        /// What it has to be.
-        needed: &'static str,
-    },
+    #[error(transparent)]
+    Machine(OutOfRange),
     /// The simulation failed.
     #[error(transparent)]
     Simulation(#[from] SimulationError),

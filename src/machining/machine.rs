@@ -1,6 +1,7 @@
 //! What a program is run on.
 
 use super::ProgramError;
+use crate::parameters::OutOfRange;
 use crate::servo::{AxisParameters, LoopSettings};
 use crate::simulation::SimulationError;
 
@@ -47,16 +48,16 @@ impl Machine {
             ("junction_accel_step_mm_s2", self.junction_accel_step_mm_s2),
         ] {
             if !(1e-6..=1e9).contains(&value) {
-                return Err(ProgramError::Machine { name, value, needed: "between 1e-6 and 1e9" });
+                return Err(ProgramError::Machine(OutOfRange::new(name, value, "between 1e-6 and 1e9")));
             }
         }
         let value = self.corner_velocity_step_mm_s;
         if !(0.0..=1e9).contains(&value) {
-            return Err(ProgramError::Machine {
-                name: "corner_velocity_step_mm_s",
+            return Err(ProgramError::Machine(OutOfRange::new(
+                "corner_velocity_step_mm_s",
                 value,
-                needed: "between 0 and 1e9",
-            });
+                "between 0 and 1e9",
+            )));
         }
         Ok(())
     }

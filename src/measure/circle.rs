@@ -1,5 +1,6 @@
 //! The circular test.
 
+use crate::parameters::{AXIS_NAMES, OutOfRange, axis_name};
 use std::f64::consts::TAU;
 
 use nalgebra::{SMatrix, SVector};
@@ -9,7 +10,7 @@ use super::circle_path::Turns;
 use super::roundness::{Point, Zone};
 use super::{MeasureError, idle, neglected, um, within};
 use crate::feedrate::{Motion, Profile};
-use crate::limits::{AXIS_NAMES, Event, Limits};
+use crate::limits::{Event, Limits};
 use crate::path::Path;
 use crate::scenario::Scenario;
 use crate::simulation::{Observer, ObserverError, Period, Simulation};
@@ -166,7 +167,7 @@ pub fn circle(scenario: &Scenario, request: &CircleRequest) -> Result<CircleTest
     if !(once >= LEAST_PERIODS) {
         let most = TAU * radius_mm / LEAST_PERIODS / scenario.settings.period_s;
         let needed = format!("at most {most:.6}: a turn of this radius would have only {once:.1} control periods");
-        return Err(MeasureError::Request { name: "feed_mm_s", value: feed_mm_s, needed });
+        return Err(MeasureError::Request(OutOfRange::new("feed_mm_s", feed_mm_s, needed)));
     }
     let idle = idle(scenario);
     let both = [turn(&idle, request, false)?, turn(&idle, request, true)?];
@@ -245,7 +246,7 @@ impl Observer<2> for Gather {
 
     fn event(&mut self, event: &Event) -> Result<(), ObserverError> {
         if let Event::LockedUp { axis, .. } = event {
-            let axis = AXIS_NAMES.get(*axis).copied().unwrap_or("?").to_uppercase();
+            let axis = axis_name(*axis).to_uppercase();
             self.lockup.get_or_insert(format!("axis {axis} locked up: the metrics are those of a limit cycle"));
         }
         Ok(())

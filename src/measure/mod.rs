@@ -32,9 +32,9 @@ pub use step::{AxisSteps, RampMetrics, Sampled, StepMetrics, StepRequest, Steps,
 
 use crate::diagnostics::readable;
 use crate::feedrate::FeedrateError;
+use crate::parameters::OutOfRange;
 use crate::path::PathError;
 use crate::scenario::Scenario;
-use crate::servo::ServoError;
 use crate::simulation::SimulationError;
 
 /// Why nothing could be measured.
@@ -42,15 +42,8 @@ use crate::simulation::SimulationError;
 #[non_exhaustive]
 pub enum MeasureError {
     /// What is asked for cannot be.
-    #[error("{name} = {} is out of range: it must be {needed}", readable(*value))]
-    Request {
-        /// The value asked for, with its unit.
-        name: &'static str,
-        /// Its value.
-        value: f64,
-        /// What it has to be.
-        needed: String,
-    },
+    #[error(transparent)]
+    Request(OutOfRange),
     /// The measurement would take too long.
     #[error("the {what} would take {samples:.0} control periods, at most {most} are kept: {help}")]
     TooLong {
@@ -89,7 +82,7 @@ pub enum MeasureError {
     Feedrate(#[from] FeedrateError),
     /// A parameter of the drives is out of its range.
     #[error(transparent)]
-    Servo(#[from] ServoError),
+    Servo(#[from] OutOfRange),
     /// The run failed.
     #[error(transparent)]
     Simulation(#[from] SimulationError),
@@ -101,7 +94,7 @@ fn within(name: &'static str, value: f64, low: f64, high: f64) -> Result<f64, Me
         return Ok(value);
     }
     let needed = format!("a number from {} to {}", readable(low), readable(high));
-    Err(MeasureError::Request { name, value, needed })
+    Err(MeasureError::Request(OutOfRange::new(name, value, needed)))
 }
 
 /// What of a scenario a measurement leaves out, in words.

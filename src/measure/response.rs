@@ -1,5 +1,6 @@
 //! Frequency response by stepped sines.
 
+use crate::parameters::{AXIS_NAMES, OutOfRange};
 use std::f64::consts::TAU;
 
 use nalgebra::Complex;
@@ -9,7 +10,6 @@ use serde::Serialize;
 use super::single_axis::{Bench, Sample};
 use super::{MeasureError, idle, neglected, um, within};
 use crate::analysis::{DriveLoop, Feedforward, Linearized};
-use crate::limits::AXIS_NAMES;
 use crate::scenario::Scenario;
 use crate::servo::AxisReference;
 
@@ -140,12 +140,13 @@ pub fn response(scenario: &Scenario, request: &ResponseRequest) -> Result<Respon
     let nyquist = 0.5 / period_s;
     let high = within("high_hz", request.high_hz.unwrap_or(0.5 * nyquist), 1e-6 * nyquist, HIGHEST * nyquist);
     let high = high.map_err(|error| match error {
-        MeasureError::Request { name, value, needed } => {
-            let why = format!(
-                "{needed}, {HIGHEST} of the Nyquist frequency 0.5/period_s: nearer to it the samples hardly tell a sine from its mirror \
-                 image above it"
+        MeasureError::Request(error) => {
+            let needed = format!(
+                "{}, {HIGHEST} of the Nyquist frequency 0.5/period_s: nearer to it the samples hardly tell a sine from its mirror \
+                 image above it",
+                error.needed
             );
-            MeasureError::Request { name, value, needed: why }
+            MeasureError::Request(OutOfRange { needed: needed.into(), ..error })
         }
         error => error,
     })?;

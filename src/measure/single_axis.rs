@@ -1,7 +1,7 @@
 //! One axis of a scenario on its own.
 
 use super::MeasureError;
-use crate::limits::AXIS_NAMES;
+use crate::parameters::AXIS_NAMES;
 use crate::path::Cursor;
 use crate::scenario::Scenario;
 use crate::servo::{AxisLoop, AxisReference, AxisSignals, DetailedAxis, step_alone};

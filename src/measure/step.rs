@@ -1,12 +1,12 @@
 //! Step of the command, and a ramp at feed.
 
+use crate::parameters::{AXIS_NAMES, OutOfRange};
 use serde::Serialize;
 
 use super::single_axis::{Bench, Sample};
 use super::{MeasureError, idle, neglected, um, within};
 use crate::analysis::DriveLoop;
 use crate::feedrate::{Motion, Profile};
-use crate::limits::AXIS_NAMES;
 use crate::scenario::Scenario;
 use crate::servo::{AxisReference, LockupWatch};
 
@@ -169,7 +169,7 @@ pub fn step(scenario: &Scenario, request: &StepRequest) -> Result<Steps, Measure
     if window_um >= step_um {
         let needed =
             format!("smaller than the step of {step_um} µm: in a wider one the table has settled before it moves");
-        return Err(MeasureError::Request { name: "window_um", value: window_um, needed });
+        return Err(MeasureError::Request(OutOfRange::new("window_um", window_um, needed)));
     }
     within("feed_mm_s", feed_mm_s, 1e-3, 1e5)?;
     within("watch_s", watch_s, 1e-3, 1e3)?;

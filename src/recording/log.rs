@@ -1,7 +1,8 @@
 //! The lines on `/log`.
 
 use super::foxglove::{Level, Log, Timestamp};
-use crate::limits::{AXIS_NAMES, Event, Severity};
+use crate::limits::{Event, Severity};
+use crate::parameters::AXIS_NAMES;
 use crate::summary::Summary;
 
 /// How many saturations of an axis are listed; a limit cycle makes thousands.

@@ -1,5 +1,6 @@
 //! The observer that writes a recording.
 
+use crate::parameters::AXIS_NAMES;
 use std::collections::BTreeMap;
 use std::fs::File;
 use std::io::{BufWriter, Write};
@@ -23,7 +24,7 @@ use super::schema::Described;
 use super::{
     DRIVES_TOPIC, LOG_TOPIC, PLAN_METADATA, RUN_METADATA, SCENARIO_NAME, SCENE_TOPIC, SERVO_TOPIC, SUMMARY_NAME,
 };
-use crate::limits::{AXIS_NAMES, Event, Limits};
+use crate::limits::{Event, Limits};
 use crate::simulation::{Observer, ObserverError, Period, Place as BlockPlace, RunPlan};
 use crate::summary::Summary;
 

@@ -1,5 +1,6 @@
 //! Plots of servo loops: Bode, Nyquist and step response of every axis.
 
+use crate::parameters::axis_name;
 use std::path::{Path, PathBuf};
 
 use super::axis::{Axis, Range, significant};
@@ -9,7 +10,6 @@ use super::files::write_figures;
 use super::subplot::{Entry, Heading, Subplot, gutter, stack, subplot_height, x_axis, y_axis};
 use super::{Format, ReportError};
 use crate::analysis::{DriveLoop, Feedforward, Margins};
-use crate::limits::AXIS_NAMES;
 
 /// Points of a frequency response.
 const POINTS: u32 = 3000;
@@ -54,7 +54,7 @@ pub fn write_loops(
         .iter()
         .enumerate()
         .map(|(i, drive)| Drawn {
-            name: AXIS_NAMES.get(i).copied().unwrap_or("?").to_uppercase(),
+            name: axis_name(i).to_uppercase(),
             colour: RUN_COLOURS[i % RUN_COLOURS.len()],
             drive,
             margins: drive.margins(),

@@ -1,5 +1,6 @@
 //! From the file as written to checked values. Every value is checked, so that all problems are reported at once.
 
+use crate::parameters::OutOfRange;
 use std::ops::Range;
 
 use toml::Spanned;
@@ -16,7 +17,7 @@ use crate::feedrate::{FeedrateError, Motion, Profile, optimize_n_c};
 use crate::limits::Limits;
 use crate::optimize::Outcome;
 use crate::path::Path;
-use crate::servo::{AxisParameters, Derivative, Drive, LoopSettings, Pdff, Plant, ServoError};
+use crate::servo::{AxisParameters, Derivative, Drive, LoopSettings, Pdff, Plant};
 use crate::simulation::SimulationError;
 
 /// Characters that a name may not hold: it becomes the name of files.
@@ -145,27 +146,27 @@ pub(super) fn name(raw: Option<&Spanned<String>>, default_name: &str, problems: 
 
 pub(super) fn of_feedrate(error: &FeedrateError, span: Range<usize>) -> Diagnostic {
     Diagnostic::new(error.to_string()).at(span).help(match error {
-        FeedrateError::OutOfRange { name: "n_c", .. } => {
+        FeedrateError::OutOfRange(OutOfRange { key: "n_c", .. }) => {
             "n_c is usually 5 to 10; n_c = \"optimize\" finds the one with the lowest peak jerk"
         }
-        FeedrateError::OutOfRange { name: "phase_s", .. } => "give the time to reach the feed in seconds, such as 0.1",
-        FeedrateError::OutOfRange { name: "feed_mm_s", .. } => "give the feed in mm/s, such as 100",
-        FeedrateError::OutOfRange { name: "velocity_mm_s" | "acceleration_mm_s2" | "jerk_mm_s3", .. } => {
+        FeedrateError::OutOfRange(OutOfRange { key: "phase_s", .. }) => "give the time to reach the feed in seconds, such as 0.1",
+        FeedrateError::OutOfRange(OutOfRange { key: "feed_mm_s", .. }) => "give the feed in mm/s, such as 100",
+        FeedrateError::OutOfRange(OutOfRange { key: "velocity_mm_s" | "acceleration_mm_s2" | "jerk_mm_s3", .. }) => {
             "give a positive number for X and one for Y, such as acceleration_mm_s2 = [2000, 2000]"
         }
-        FeedrateError::OutOfRange { name: "grid points", .. } => {
+        FeedrateError::OutOfRange(OutOfRange { key: "grid points", .. }) => {
             "the path is too long for the way on which these limits are reached: raise velocity_mm_s or jerk_mm_s3, or lower acceleration_mm_s2"
         }
-        FeedrateError::OutOfRange { name: "motion time", .. } => {
+        FeedrateError::OutOfRange(OutOfRange { key: "motion time", .. }) => {
             "limits that a machine has: some 100 mm/s, some 1000 mm/s² and some 10000 mm/s³"
         }
-        FeedrateError::OutOfRange { name: "at_s", .. } => "give the time in seconds from the start of the run, such as 0.4",
-        FeedrateError::OutOfRange { name: "transition_s", .. } => {
+        FeedrateError::OutOfRange(OutOfRange { key: "at_s", .. }) => "give the time in seconds from the start of the run, such as 0.4",
+        FeedrateError::OutOfRange(OutOfRange { key: "transition_s", .. }) => {
             "give the length of the change in seconds, such as 0.1, or leave the key out"
         }
         FeedrateError::OverrideOrder { .. } => "put the changes of the override in the order of their at_s",
         FeedrateError::HeldForEver { .. } => "end the hold with a later [[feedrate.override]] that has percent = 100",
-        FeedrateError::OutOfRange { .. } => "give a positive number, such as accel_mm_s2 = 2000, jerk_mm_s3 = 50000",
+        FeedrateError::OutOfRange(_) => "give a positive number, such as accel_mm_s2 = 2000, jerk_mm_s3 = 50000",
         FeedrateError::NotMonotone { .. } => {
             "lower n_c, shorten phase_s or raise feed_mm_s; or use [feedrate.profile.quintic]"
         }
@@ -248,17 +249,10 @@ fn feedrate(raw: &RawFeedrate, length_mm: f64, path: Option<&dyn Path<2>>, probl
     None
 }
 
-fn of_servo(within: &str, error: &ServoError, span: Range<usize>) -> Diagnostic {
-    Diagnostic::new(format!("{within}{error}")).at(span).help(match error.name {
-        "period_s" => "give the control period in seconds, such as 0.001",
-        "settling_s" => "give the time to go on after the last setpoint in seconds, such as 0.1",
-        "gain_rad_s_v" => "give the motor's speed per volt in rad/s/V, such as 83.0",
-        "time_constant_s" => "give the plant's time constant in seconds, such as 0.2",
-        "transmission_mm_rad" => "give the travel per motor angle in mm/rad: the screw's lead divided by 2π",
-        "torque_to_voltage_v_nm" => "give the voltage per torque in V/(N m), such as 1.4",
-        "voltage_limit_v" => "give the amplifier's largest voltage in V, such as 5",
-        _ => "gains are zero or positive; the paper's are kpp 97, kpv 1.2, kiv 253, kpf 0.8, kvf 0.85",
-    })
+/// A value out of its range, called as it is in its table.
+pub(super) fn out_of_range(within: &str, error: &OutOfRange, span: Range<usize>) -> Diagnostic {
+    let problem = Diagnostic::new(format!("{within}{}", error.message(error.name()))).at(span);
+    if error.help.is_empty() { problem } else { problem.help(error.help) }
 }
 
 pub(super) fn control(raw: &RawControl, problems: &mut Problems) -> LoopSettings {
@@ -269,7 +263,7 @@ pub(super) fn control(raw: &RawControl, problems: &mut Problems) -> LoopSettings
         let mut alone = LoopSettings::default();
         *pick(&mut alone) = *raw.get_ref();
         if let Err(error) = alone.check() {
-            problems.push(of_servo("", &error, raw.span()));
+            problems.push(out_of_range("", &error, raw.span()));
         }
     };
     set(&raw.period_s, |s| &mut s.period_s);
@@ -311,7 +305,7 @@ pub(super) fn axis(name: &str, raw: &RawAxis, problems: &mut Problems) -> AxisPa
         let mut alone = SOUND;
         *pick(&mut alone) = *raw.get_ref();
         if let Err(error) = alone.check() {
-            problems.push(of_servo(&within, &error, raw.span()));
+            problems.push(out_of_range(&within, &error, raw.span()));
         }
     };
     let RawDrive { transmission_mm_rad, torque_to_voltage_v_nm, voltage_limit_v } = &raw.drive;

@@ -1,5 +1,6 @@
 //! An axis beyond its model: from the file as written to checked values.
 
+use crate::parameters::OutOfRange;
 use std::ops::Range;
 
 use toml::Spanned;
@@ -20,7 +21,7 @@ use crate::servo::effects::{
     Backlash, Coulomb, CurrentLoop, CuttingForce, Dac, Delay, Effects, Encoder, EncoderPlace, Friction, Harmonic,
     Integration, LookupTable, LuGre, Mismatch, Noise, PitchError, TorqueRipple, TwoMass, VelocityEstimate,
 };
-use crate::servo::{AxisParameters, ControllerGains, ControllerKind, DriveModel, LoopSettings, ServoError};
+use crate::servo::{AxisParameters, ControllerGains, ControllerKind, DriveModel, LoopSettings};
 
 /// A value of a table: what an error of the servo calls it, its key, and where it stands.
 struct Value {
@@ -68,11 +69,11 @@ impl Places<'_> {
     }
 
     /// Tells an error where the value is that it names, by its key, or on the whole table.
-    fn tell(&mut self, error: &ServoError) {
-        let ServoError { name, value, needed } = error;
+    fn tell(&mut self, error: &OutOfRange) {
+        let name = error.key;
         let problem = match self.values.iter().find(|value| name.contains(value.name)) {
             Some(Value { key, span, bound, .. }) => {
-                let message = format!("{}{key} = {value} is out of range: it must be {needed}", self.within);
+                let message = format!("{}{}", self.within, error.message(key));
                 let problem = Diagnostic::new(message).at(span.clone());
                 bound.iter().fold(problem, |problem, bound| problem.note(bound.clone()))
             }
@@ -92,7 +93,7 @@ impl Places<'_> {
         }
     }
 
-    fn check<T>(mut self, value: T, check: impl FnOnce(&T) -> Result<(), ServoError>) -> Option<T> {
+    fn check<T>(mut self, value: T, check: impl FnOnce(&T) -> Result<(), OutOfRange>) -> Option<T> {
         match check(&value) {
             Ok(()) => Some(value),
             Err(error) => {
@@ -441,7 +442,7 @@ fn integration(within: &str, raw: &Spanned<RawIntegration>, problems: &mut Probl
             Ok(substeps) => out.substeps = substeps,
             // As it stands in the file.
             Err(_) => {
-                at.tell(&ServoError { name: "substeps", value: *raw.get_ref() as f64, needed: Integration::SUBSTEPS });
+                at.tell(&OutOfRange::new("substeps", *raw.get_ref() as f64, Integration::SUBSTEPS));
             }
         }
     }

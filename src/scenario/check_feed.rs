@@ -5,6 +5,7 @@ use super::check::{Planned, Problems, of_feedrate};
 use super::diagnostics::Diagnostic;
 use super::file::{RawAxisLimited, RawFeedrate};
 use crate::feedrate::{AxisLimits, FeedOverride, FeedrateError, MAX_OVERRIDE_STEPS, Motion, OverrideStep, positive};
+use crate::parameters::OutOfRange;
 use crate::path::Path;
 
 /// The motion under axis limits, and none while the path is not known or the feed is wrong.
@@ -60,7 +61,7 @@ pub(super) fn overridden(
     for raw in all {
         let (at_s, percent) = (*raw.at_s.get_ref(), *raw.percent.get_ref());
         if !(0.0..=1e9).contains(&at_s) {
-            let error = FeedrateError::OutOfRange { name: "at_s", value: at_s, needed: "a time from 0 to 1e9 s" };
+            let error = FeedrateError::OutOfRange(OutOfRange::new("at_s", at_s, "a time from 0 to 1e9 s"));
             problems.push(of_feedrate(&error, raw.at_s.span()));
         }
         if !(0.0..=most).contains(&percent) {

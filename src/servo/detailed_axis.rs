@@ -5,7 +5,8 @@ use super::controller::{AnyController, Controller, Feedback, PdffController};
 use super::effects::{Effects, EncoderPlace, PitchError, Sensor};
 use super::mechanics::Machine;
 use super::reference::{Axis, AxisReference};
-use super::{AxisParameters, AxisSignals, Derivative, LoopSettings, ServoError};
+use super::{AxisParameters, AxisSignals, Derivative, LoopSettings};
+use crate::parameters::OutOfRange;
 
 /// Voltages that wait for their time: the longest delay, the loop's own sample and the present one.
 const WAITING: usize = 32;
@@ -90,7 +91,7 @@ impl DetailedAxis {
         compensation: &Compensation,
         settings: &LoopSettings,
         start_mm: f64,
-    ) -> Result<Self, ServoError> {
+    ) -> Result<Self, OutOfRange> {
         let controller = AnyController::Pdff(PdffController::new(&axis.pdff, settings.period_s));
         Self::new(axis, controller, effects, compensation, settings, start_mm)
     }
@@ -108,13 +109,13 @@ impl<C: Controller> DetailedAxis<C> {
         compensation: &Compensation,
         settings: &LoopSettings,
         start_mm: f64,
-    ) -> Result<Self, ServoError> {
+    ) -> Result<Self, OutOfRange> {
         axis.check()?;
         settings.check()?;
         effects.check(axis, settings)?;
         compensation.check(settings)?;
         if !(start_mm.abs() <= 1e9) {
-            return Err(ServoError { name: "start_mm", value: start_mm, needed: "a finite number, at most 1e9" });
+            return Err(OutOfRange::new("start_mm", start_mm, "a finite number, at most 1e9"));
         }
         let (drive, period_s) = (&axis.drive, settings.period_s);
         let delay = effects.delay.map_or(0.0, |delay| delay.samples) + f64::from(u8::from(settings.one_sample_delay));

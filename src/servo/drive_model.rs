@@ -3,7 +3,8 @@
 use super::compensation::{ClosedLoop, Compensation, ZeroPhase};
 use super::controller::{AnyController, Cascade, CascadeGains, PPi, PPiGains, PdffController, Pid, PidGains};
 use super::effects::Effects;
-use super::{AxisParameters, DetailedAxis, LoopSettings, ServoError};
+use super::{AxisParameters, DetailedAxis, LoopSettings};
+use crate::parameters::OutOfRange;
 
 /// The controller of an axis, with its gains.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
@@ -126,7 +127,7 @@ impl DriveModel {
         axis: &AxisParameters,
         settings: &LoopSettings,
         start_mm: f64,
-    ) -> Result<(DetailedAxis, usize), ServoError> {
+    ) -> Result<(DetailedAxis, usize), OutOfRange> {
         let period_s = settings.period_s;
         let mut compensation = self.compensation.clone();
         let mut ahead = 0;

@@ -1,5 +1,6 @@
 //! The axes of a run: ideal or detailed drive model.
 
+use crate::parameters::OutOfRange;
 use nalgebra::SVector;
 
 use crate::interpolator::Setpoint;
@@ -7,7 +8,6 @@ use crate::lane::{Kernel, narrow, vectorized};
 use crate::servo::compensation::{CrossCoupling, CrossCouplingGains};
 use crate::servo::{
     Axis, AxisLoop, AxisParameters, AxisReference, AxisSignals, DetailedAxis, DriveModel, DriveSignals, LoopSettings,
-    ServoError,
 };
 
 /// All axes of a machine.
@@ -61,7 +61,7 @@ impl<const A: usize> Axes<A> {
         coupling: Option<&CrossCouplingGains>,
         settings: &LoopSettings,
         start_mm: &SVector<f64, A>,
-    ) -> Result<Self, ServoError> {
+    ) -> Result<Self, OutOfRange> {
         settings.check()?;
         for axis in parameters {
             axis.check()?;
@@ -82,7 +82,7 @@ impl<const A: usize> Axes<A> {
         match <[DetailedAxis; A]>::try_from(axes) {
             Ok(axes) => Ok(Self::Real(Box::new(DetailedAxes { axes, coupling, shifts_mm: [0.0; A], ahead }))),
             // There are as many as were pushed.
-            Err(_) => Err(ServoError { name: "axes", value: A as f64, needed: "one drive an axis" }),
+            Err(_) => Err(OutOfRange::new("axes", A as f64, "one drive an axis")),
         }
     }
 

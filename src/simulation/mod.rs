@@ -14,6 +14,7 @@ mod monitor;
 mod plan;
 mod reference_trajectory;
 
+use crate::parameters::OutOfRange;
 use std::error::Error;
 use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
@@ -26,7 +27,7 @@ use crate::interpolator::{Interpolator, Setpoint, periods};
 use crate::limits::{Event, Limits};
 use crate::path::Path;
 use crate::servo::compensation::CrossCouplingGains;
-use crate::servo::{AxisParameters, AxisSignals, DriveModel, DriveSignals, LoopSettings, ServoError};
+use crate::servo::{AxisParameters, AxisSignals, DriveModel, DriveSignals, LoopSettings};
 pub(crate) use axes::Axes;
 use block_buffer::{BlockBuffer, BlockSample};
 use corrections::Corrections;
@@ -155,7 +156,7 @@ impl<const A: usize, F: FnMut(&Period<A>)> Observer<A> for F {
 pub enum SimulationError {
     /// A parameter of an axis or of the loop is out of range.
     #[error(transparent)]
-    Parameter(#[from] ServoError),
+    Parameter(#[from] OutOfRange),
     /// The run would be too long.
     #[error("the run would take {periods} control periods of {period_s} s; at most {MAX_PERIODS} are simulated")]
     TooLong {
@@ -283,7 +284,7 @@ impl<'a, const A: usize> Simulation<'a, A> {
     pub fn with_corrections(mut self, shifts_mm: Arc<[SVector<f64, A>]>) -> Result<Self, SimulationError> {
         if let Some(wrong) = shifts_mm.iter().flat_map(|shift| shift.iter()).find(|mm| !(mm.abs() <= 1e6)) {
             let needed = "a finite number of millimetres, at most 1e6";
-            return Err(ServoError { name: "correction of a command", value: *wrong, needed }.into());
+            return Err(OutOfRange::new("correction of a command", *wrong, needed).into());
         }
         self.corrections = Some(Corrections::new(shifts_mm, self.settings.period_s));
         Ok(self)

@@ -375,7 +375,7 @@ pub(super) struct AxisValue {
 pub(super) fn axis_value(key: &str, document: &Document) -> Option<AxisValue> {
     let rest = key.strip_prefix("axes.")?;
     let (axis, name) = rest.split_once('.')?;
-    let axis = crate::limits::AXIS_NAMES.iter().position(|known| *known == axis)?;
+    let axis = crate::parameters::AXIS_NAMES.iter().position(|known| *known == axis)?;
     let is_first_order =
         || document.number(&format!("axes.{}.plant.first_order.gain_rad_s_v", rest.get(..1)?)).map(|_| ());
     let pick: fn(&mut AxisParameters) -> &mut f64 = match name {
@@ -406,7 +406,7 @@ fn own_value(key: &str, scenario: &Scenario) -> Option<f64> {
         "control.settling_s" => Some(scenario.settings.settling_s),
         _ => {
             let (axis, name) = key.strip_prefix("axes.")?.split_once(".drive.")?;
-            let axis = crate::limits::AXIS_NAMES.iter().position(|known| *known == axis)?;
+            let axis = crate::parameters::AXIS_NAMES.iter().position(|known| *known == axis)?;
             let drive = scenario.axes.get(axis)?.drive;
             match name {
                 "transmission_mm_rad" => Some(drive.transmission_mm_rad),

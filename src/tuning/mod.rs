@@ -11,6 +11,7 @@ mod search;
 mod uncertainty;
 mod variable;
 
+use crate::parameters::OutOfRange;
 pub use problem::{Assessment, Constraint, Constraints, Objective, Problem, Violation};
 pub use report::{
     AxisMargins, Check, DRAWN_PLANTS, GainSensitivity, GainSet, SearchMetadata, Statistics, TuningReport, changes,
@@ -66,15 +67,8 @@ pub enum TuningError {
         least: usize,
     },
     /// A limit that nothing can keep, or that limits nothing.
-    #[error("{name} = {value} is out of range: it must be {needed}")]
-    Limit {
-        /// What is limited.
-        name: &'static str,
-        /// As given.
-        value: f64,
-        /// What it has to be.
-        needed: &'static str,
-    },
+    #[error(transparent)]
+    Limit(OutOfRange),
     /// An axis has another controller than the one that is tuned.
     #[error(
         "axis {axis} has a {controller} controller: tuning searches the gains of the PDFF controller, which that axis does not use"

@@ -1,8 +1,8 @@
 //! The optimisation problem: objective, constraints, variables.
 
 use crate::analysis::{Margins, margins};
-use crate::limits::AXIS_NAMES;
 use crate::optimize::Value;
+use crate::parameters::{AXIS_NAMES, OutOfRange};
 use crate::scenario::Scenario;
 use crate::servo::{AxisParameters, ControllerKind};
 
@@ -217,7 +217,7 @@ impl<'a> Problem<'a> {
             return Err(TuningError::NothingToVary);
         }
         let limit = |name, value, needed, is_sound: bool| {
-            if is_sound { Ok(()) } else { Err(TuningError::Limit { name, value, needed }) }
+            if is_sound { Ok(()) } else { Err(TuningError::Limit(OutOfRange::new(name, value, needed))) }
         };
         let Constraints { max_ms, min_delay_margin_s, uncertainty } = self.constraints;
         let needed = "above 1 (no loop has a peak sensitivity of 1 or less), and finite";

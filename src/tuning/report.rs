@@ -1,5 +1,6 @@
 //! Result of a tuning, and whether it can be trusted.
 
+use crate::parameters::AXIS_NAMES;
 use rayon::prelude::*;
 use serde::Serialize;
 
@@ -8,7 +9,6 @@ use super::runs::{Metrics, Runs, noisy};
 use super::search::{Tuned, Tuning};
 use super::variable::Gain;
 use crate::analysis::{DriveLoop, Linearized};
-use crate::limits::AXIS_NAMES;
 use crate::scenario::Scenario;
 use crate::servo::AxisParameters;
 

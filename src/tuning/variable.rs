@@ -1,6 +1,6 @@
 //! What a tuning may change: controller gains, each within bounds.
 
-use crate::limits::AXIS_NAMES;
+use crate::parameters::AXIS_NAMES;
 use crate::scenario::Scenario;
 use crate::servo::{AxisParameters, Drive, LoopSettings, Pdff};
 

@@ -245,7 +245,7 @@ fn bad_input_is_told() {
                 _ => length = bad,
             }
             let error = planner.plan(length, |_| line()).unwrap_err();
-            assert!(matches!(error, FeedrateError::OutOfRange { .. }), "{which} {bad}: {error}");
+            assert!(matches!(error, FeedrateError::OutOfRange(_)), "{which} {bad}: {error}");
         }
     }
     let planner = AxisLimited::new(good);
@@ -399,9 +399,9 @@ fn overrides_that_cannot_be_are_told() {
         step(0.1, 0.5, -0.1),
         step(0.1, 0.5, f64::INFINITY),
     ] {
-        assert!(matches!(told(vec![bad]), FeedrateError::OutOfRange { .. }), "{bad:?}");
+        assert!(matches!(told(vec![bad]), FeedrateError::OutOfRange(_)), "{bad:?}");
     }
-    assert!(matches!(told(vec![step(0.1, 0.5, 0.1); 1001]), FeedrateError::OutOfRange { .. }));
+    assert!(matches!(told(vec![step(0.1, 0.5, 0.1); 1001]), FeedrateError::OutOfRange(_)));
     let held = told(vec![step(0.1, 0.5, 0.1), step(0.3, 0.0, 0.1)]);
     assert_eq!(held, FeedrateError::HeldForEver { step: 1, at_s: 0.3 });
     let order = told(vec![step(0.3, 0.5, 0.1), step(0.1, 1.0, 0.1)]);

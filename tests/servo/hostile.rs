@@ -9,6 +9,7 @@ use servosim::contour::ContourMeter;
 use servosim::feedrate::{BernsteinPhase, FeedState, FeedrateError, Motion, Profile};
 use servosim::interpolator::Interpolator;
 use servosim::limits::Limits;
+use servosim::parameters::OutOfRange;
 use servosim::path::{Circle, Cursor, Line, Path, PathError, PhSpline, nearest_in_window};
 use servosim::servo::{AxisLoop, AxisParameters, Drive, LockupWatch, LoopSettings, Pdff, Plant};
 use servosim::simulation::{Ending, MAX_PERIODS, Simulation, SimulationError};
@@ -347,7 +348,7 @@ fn tiny_and_huge_motions_are_planned_or_refused_by_name() {
                     ] {
                         let what = format!("{length:e} {feed:e} {profile:?}");
                         match Motion::plan(length, feed, profile) {
-                            Err(FeedrateError::OutOfRange { value, .. }) => {
+                            Err(FeedrateError::OutOfRange(OutOfRange { value, .. })) => {
                                 assert!(!(1e-9..=1e9).contains(&value), "{what}: the value as given is named");
                             }
                             Err(_) => {}
@@ -371,7 +372,7 @@ fn tiny_and_huge_motions_are_planned_or_refused_by_name() {
         let (rest, state) = (FeedState::steady(0.0), FeedState { accel_mm_s2: bad, ..FeedState::steady(1.0) });
         assert!(matches!(
             BernsteinPhase::quintic(rest, state, 1.0),
-            Err(FeedrateError::OutOfRange { name: "accel_mm_s2", .. })
+            Err(FeedrateError::OutOfRange(OutOfRange { key: "accel_mm_s2", .. }))
         ));
         assert!(BernsteinPhase::cubic(state, rest, 1.0).is_err() && BernsteinPhase::linear(0.0, bad, 1.0).is_err());
     }
@@ -425,7 +426,7 @@ fn values_that_would_divide_to_infinity_are_refused_by_name() {
         let with = |change: &dyn Fn(&mut AxisParameters)| {
             let mut axis = good;
             change(&mut axis);
-            axis.check().unwrap_err().name
+            axis.check().unwrap_err().name()
         };
         assert_eq!(with(&|a| a.plant.gain_rad_s_v = bad), "gain_rad_s_v");
         assert_eq!(with(&|a| a.plant.time_constant_s = bad), "time_constant_s");
@@ -437,7 +438,7 @@ fn values_that_would_divide_to_infinity_are_refused_by_name() {
         let with = |change: &dyn Fn(&mut Pdff)| {
             let mut axis = good;
             change(&mut axis.pdff);
-            axis.check().unwrap_err().name
+            axis.check().unwrap_err().name()
         };
         assert_eq!(with(&|g| g.kpp_rad_s_mm = bad), "kpp");
         assert_eq!(with(&|g| g.kpv_nm_s_rad = bad), "kpv");

@@ -2,6 +2,7 @@
 
 use super::limits::{AxisLimited, PathShape, Scale};
 use crate::feedrate::FeedrateError;
+use crate::parameters::OutOfRange;
 
 /// Most points of the grid of arc length.
 pub const MAX_GRID_POINTS: usize = 4_000_000;
@@ -27,7 +28,7 @@ pub(super) fn grid<const D: usize>(
     let step = planner.step_mm.unwrap_or(natural).min(0.0025 * length);
     if !(length / step < 0.5 * MAX_GRID_POINTS as f64) {
         let value = length / step;
-        return Err(FeedrateError::OutOfRange { name: "grid points", value, needed: "at most 2 million" });
+        return Err(FeedrateError::OutOfRange(OutOfRange::new("grid points", value, "at most 2 million")));
     }
     // The jerk is constant from rest until the acceleration or the speed is reached: the first interval lies well within that.
     let jerk_mm = (scale.accel.powi(3) / (6.0 * scale.jerk * scale.jerk))
@@ -106,7 +107,7 @@ fn refine<const D: usize>(
                     if fine.len() > MAX_GRID_POINTS {
                         let value = fine.len() as f64;
                         let needed = "at most 4 million: is the path as smooth as its curvature says?";
-                        return Err(FeedrateError::OutOfRange { name: "grid points", value, needed });
+                        return Err(FeedrateError::OutOfRange(OutOfRange::new("grid points", value, needed)));
                     }
                 }
                 Bend::Sharp { turn_rad, curvature_1_mm } if h <= shortest => {

@@ -1,6 +1,7 @@
 //! Limits of axes, how a path runs, and what a plan is asked to keep.
 
 use crate::feedrate::{FeedrateError, positive};
+use crate::parameters::OutOfRange;
 
 /// What every axis can do.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -67,7 +68,7 @@ impl<const D: usize> AxisLimited<D> {
         all("acceleration_mm_s2", &self.limits.acceleration_mm_s2)?;
         all("jerk_mm_s3", &self.limits.jerk_mm_s3)?;
         if D == 0 {
-            return Err(FeedrateError::OutOfRange { name: "axes", value: 0.0, needed: "at least one" });
+            return Err(FeedrateError::OutOfRange(OutOfRange::new("axes", 0.0, "at least one")));
         }
         if let Some(feed) = self.feed_mm_s {
             positive("feed_mm_s", feed)?;

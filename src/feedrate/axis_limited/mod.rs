@@ -39,6 +39,7 @@ pub use limits::{AxisLimited, AxisLimits, PathShape};
 use super::feed_override::{AxisDerivatives, Bounds};
 use super::planned::Planned;
 use super::{FeedOverride, FeedrateError, Motion, positive};
+use crate::parameters::OutOfRange;
 use interior::Solution;
 use program::{Program, TOLERANCE};
 
@@ -112,7 +113,7 @@ impl<const D: usize> AxisLimited<D> {
         let time = planned.total_s();
         if !(time > 0.0 && time.is_finite()) {
             let needed = "finite: are the limits far apart from each other, or from the path's length?";
-            return Err(FeedrateError::OutOfRange { name: "motion time", value: time, needed });
+            return Err(FeedrateError::OutOfRange(OutOfRange::new("motion time", time, needed)));
         }
         Ok(AxisLimitedPlan {
             motion: Motion::of_planned(planned),

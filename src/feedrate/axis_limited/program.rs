@@ -4,6 +4,7 @@ use super::limits::{AxisLimited, PathShape};
 use super::verify::Share;
 use crate::feedrate::FeedrateError;
 use crate::feedrate::planned::{INSET, Node, Planned};
+use crate::parameters::OutOfRange;
 
 /// Gauss-Legendre points and weights on `[0, 1]`, degree 9.
 const GAUSS: [(f64, f64); 5] = [
@@ -73,7 +74,7 @@ impl<const D: usize> Program<D> {
         grid: Vec<f64>,
         shape: &mut impl FnMut(f64) -> PathShape<D>,
     ) -> Result<Self, FeedrateError> {
-        let few = FeedrateError::OutOfRange { name: "grid points", value: grid.len() as f64, needed: "5 or more" };
+        let few = FeedrateError::OutOfRange(OutOfRange::new("grid points", grid.len() as f64, "5 or more"));
         let inner = match grid.get(1..grid.len().saturating_sub(1)) {
             Some(inner) if inner.len() >= 3 => inner,
             _ => return Err(few),

@@ -6,6 +6,7 @@ use super::planner::OverridePlanner;
 use super::steps::{FeedOverride, MAX_OVERRIDE, MAX_OVERRIDE_STEPS, OverrideChange, OverrideStep};
 use crate::feedrate::time_law::TimeLaw;
 use crate::feedrate::{FeedrateError, MotionPeaks, MotionSample, positive};
+use crate::parameters::OutOfRange;
 
 /// A motion at a changing feed scale; `M` is that of the plan.
 #[derive(Debug, Clone, PartialEq)]
@@ -26,7 +27,7 @@ impl<M: TimeLaw + Clone> Overridden<M> {
         bounds: Bounds<D>,
         row: &mut dyn FnMut(&MotionSample) -> AxisDerivatives<D>,
     ) -> Result<Option<Self>, FeedrateError> {
-        let out = |name, value, needed| Err(FeedrateError::OutOfRange { name, value, needed });
+        let out = |name, value, needed| Err(FeedrateError::OutOfRange(OutOfRange::new(name, value, needed)));
         if how.steps.len() > MAX_OVERRIDE_STEPS {
             return out("override steps", how.steps.len() as f64, "at most 1000");
         }

@@ -6,7 +6,7 @@ use super::super::data::{AxisLoad, AxisLoads};
 use super::super::figure::{CURVE_PX, Figure, LineStyle, RUN_COLOURS};
 use super::super::subplot::{Entry, Subplot, gutter, stack, subplot_height, x_axis, y_axis};
 use super::{LIMIT, LIMIT_IN_VIEW, Named, heading, off_scale};
-use crate::limits::AXIS_NAMES;
+use crate::parameters::AXIS_NAMES;
 
 const GAP: f64 = 14.0;
 

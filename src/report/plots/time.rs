@@ -5,7 +5,7 @@ use super::super::axis::{Range, significant};
 use super::super::figure::{CURVE_PX, Figure, INK};
 use super::super::subplot::{Entry, Subplot, gutter, stack, subplot_height, x_axis, y_axis};
 use super::{LIMIT, LIMIT_IN_VIEW, Named, capital, heading, limits, off_scale, samples, time_range};
-use crate::limits::AXIS_NAMES;
+use crate::parameters::{AXIS_NAMES, axis_name};
 
 /// The contouring error is exact to a nanometre: a narrower range shows rounding \[µm\].
 pub(super) const LEAST_ERROR_UM: f64 = 2e-3;
@@ -141,7 +141,7 @@ pub(super) fn voltage(runs: &[Named<'_>]) -> Figure {
             );
         }
         subplot.border(&mut figure, axis == last, true);
-        let name = AXIS_NAMES.get(axis).copied().unwrap_or("?").to_uppercase();
+        let name = axis_name(axis).to_uppercase();
         subplot.y_title(&mut figure, gutter, &format!("{name} voltage"), "V");
         if axis == last {
             subplot.x_title(&mut figure, "time", "s");

@@ -1,8 +1,8 @@
 //! Notch and low-pass filters.
 
+use crate::parameters::OutOfRange;
 use std::f64::consts::PI;
 
-use crate::servo::ServoError;
 use crate::servo::parameters::positive;
 
 /// A filter of the torque command, second order, made discrete by the bilinear transform prewarped at its frequency: there, the
@@ -38,11 +38,11 @@ impl Filter {
     ///
     /// # Errors
     /// Names the first one that is not.
-    pub fn check(&self, period_s: f64) -> Result<(), ServoError> {
+    pub fn check(&self, period_s: f64) -> Result<(), OutOfRange> {
         let (name, frequency_hz, damping) = match *self {
             Self::Notch { frequency_hz, depth, damping } => {
                 if !(0.0..=1.0).contains(&depth) {
-                    return Err(ServoError { name: "depth of the notch", value: depth, needed: "from 0 to 1" });
+                    return Err(OutOfRange::new("depth of the notch", depth, "from 0 to 1"));
                 }
                 ("frequency_hz of the notch", frequency_hz, damping)
             }
@@ -52,7 +52,7 @@ impl Filter {
         positive("damping of the filter", damping)?;
         if !(frequency_hz * period_s < Self::HIGHEST) {
             let needed = "below 0.499/period_s, which is just below the Nyquist frequency";
-            return Err(ServoError { name, value: frequency_hz, needed });
+            return Err(OutOfRange::new(name, frequency_hz, needed));
         }
         Ok(())
     }
@@ -71,7 +71,7 @@ impl Biquad {
     ///
     /// # Errors
     /// A parameter out of its range.
-    pub fn new(filter: &Filter, period_s: f64) -> Result<Self, ServoError> {
+    pub fn new(filter: &Filter, period_s: f64) -> Result<Self, OutOfRange> {
         filter.check(period_s)?;
         let (Filter::Notch { frequency_hz, damping, .. } | Filter::LowPass { frequency_hz, damping }) = *filter;
         // s/ω_0 = (1 - z⁻¹)/(1 + z⁻¹)/w

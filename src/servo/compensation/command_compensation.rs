@@ -1,9 +1,10 @@
 //! Feedforward of torque, and shifts of the command against what the screw does.
 
 use super::Compensation;
+use crate::parameters::OutOfRange;
 use crate::servo::effects::PitchError;
 use crate::servo::parameters::{not_negative, positive};
-use crate::servo::{AxisParameters, AxisReference, ServoError};
+use crate::servo::{AxisParameters, AxisReference};
 
 /// Commands that are slower than this are at rest \[mm/s\]: a compensation takes no sign of their velocity. The backward difference of a
 /// command at rest may be off zero by its last digit over the period, 1e-7 mm/s at 1 m from the origin and 1 µs.
@@ -23,7 +24,7 @@ impl AccelerationFeedforward {
     ///
     /// # Errors
     /// It is not.
-    pub fn check(&self) -> Result<(), ServoError> {
+    pub fn check(&self) -> Result<(), OutOfRange> {
         not_negative("share of the acceleration feedforward", self.share)
     }
 }
@@ -45,7 +46,7 @@ impl FrictionFeedforward {
     ///
     /// # Errors
     /// One is not.
-    pub fn check(&self) -> Result<(), ServoError> {
+    pub fn check(&self) -> Result<(), OutOfRange> {
         not_negative("coulomb_nm of the feedforward", self.coulomb_nm)?;
         positive("smoothing_mm_s", self.smoothing_mm_s)
     }
@@ -68,7 +69,7 @@ impl BacklashCompensation {
     ///
     /// # Errors
     /// One is not.
-    pub fn check(&self) -> Result<(), ServoError> {
+    pub fn check(&self) -> Result<(), OutOfRange> {
         positive("gap_um of the compensation", self.gap_um)?;
         not_negative("time_constant_s of the compensation", self.time_constant_s)
     }

@@ -1,6 +1,6 @@
 //! Cross-coupled contour control.
 
-use crate::servo::ServoError;
+use crate::parameters::OutOfRange;
 use crate::servo::parameters::{not_negative, positive};
 
 /// Gains of [`CrossCoupling`], none negative.
@@ -21,7 +21,7 @@ impl CrossCouplingGains {
     ///
     /// # Errors
     /// Names the first one that is not.
-    pub fn check(&self) -> Result<(), ServoError> {
+    pub fn check(&self) -> Result<(), OutOfRange> {
         not_negative("proportional", self.proportional)?;
         not_negative("integral_1_s", self.integral_1_s)?;
         not_negative("derivative_s", self.derivative_s)?;
@@ -51,7 +51,7 @@ impl<const A: usize> CrossCoupling<A> {
     ///
     /// # Errors
     /// A gain out of its range.
-    pub fn new(gains: &CrossCouplingGains, period_s: f64) -> Result<Self, ServoError> {
+    pub fn new(gains: &CrossCouplingGains, period_s: f64) -> Result<Self, OutOfRange> {
         gains.check()?;
         let limit_mm = 1e-3 * gains.limit_um;
         Ok(Self { gains: *gains, limit_mm, period_s, last: [0.0; A], integral: [0.0; A] })

@@ -5,14 +5,15 @@ mod command_compensation;
 mod cross_coupling;
 mod zero_phase;
 
+use crate::parameters::OutOfRange;
 pub use biquad::{Biquad, Filter};
 pub(in crate::servo) use command_compensation::Compensator;
 pub use command_compensation::{AccelerationFeedforward, BacklashCompensation, FrictionFeedforward, STANDSTILL_MM_S};
 pub use cross_coupling::{CrossCoupling, CrossCouplingGains};
 pub use zero_phase::{ClosedLoop, ZeroPhase};
 
+use super::LoopSettings;
 use super::effects::PitchError;
-use super::{LoopSettings, ServoError};
 
 /// What can be added to an axis, for one axis.
 #[derive(Debug, Clone, PartialEq, Default)]
@@ -36,13 +37,9 @@ impl Compensation {
     ///
     /// # Errors
     /// Names the first one that is not.
-    pub fn check(&self, settings: &LoopSettings) -> Result<(), ServoError> {
+    pub fn check(&self, settings: &LoopSettings) -> Result<(), OutOfRange> {
         if self.filters.len() > 8 {
-            return Err(ServoError {
-                name: "number of filters",
-                value: self.filters.len() as f64,
-                needed: "at most 8",
-            });
+            return Err(OutOfRange::new("number of filters", self.filters.len() as f64, "at most 8"));
         }
         self.filters.iter().try_for_each(|filter| filter.check(settings.period_s))?;
         self.acceleration.iter().try_for_each(AccelerationFeedforward::check)?;

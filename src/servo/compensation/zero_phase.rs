@@ -1,8 +1,9 @@
 //! Zero-phase-error tracking: a prefilter that undoes the closed loop.
 
+use crate::parameters::OutOfRange;
 use nalgebra::{Complex, DMatrix, SMatrix, SVector};
 
-use crate::servo::{AxisParameters, LoopSettings, ServoError, coasting_s};
+use crate::servo::{AxisParameters, LoopSettings, coasting_s};
 
 /// A sampled closed loop from position command to position, `H(z) = N(z)/D(z)`, coefficients from the highest power down.
 #[derive(Debug, Clone, PartialEq)]
@@ -101,9 +102,9 @@ impl ZeroPhase {
     ///
     /// # Errors
     /// A loop that is not one, or has a zero at `z = 1`.
-    pub fn new(closed: &ClosedLoop) -> Result<Self, ServoError> {
+    pub fn new(closed: &ClosedLoop) -> Result<Self, OutOfRange> {
         let (numerator, denominator) = (&closed.numerator, &closed.denominator);
-        let error = |value, needed| ServoError { name: "closed loop for zero-phase tracking", value, needed };
+        let error = |value, needed| OutOfRange::new("closed loop for zero-phase tracking", value, needed);
         if let Some(&wrong) = numerator.iter().chain(denominator).find(|c| !(c.abs() <= 1e15)) {
             return Err(error(wrong, "made of finite coefficients, at most 1e15"));
         }

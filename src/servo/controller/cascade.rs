@@ -1,8 +1,9 @@
 //! The cascade with feedforward.
 
 use super::{ControlOutput, Controller, Feedback, PPi, PPiGains};
+use crate::parameters::OutOfRange;
 use crate::servo::parameters::not_negative;
-use crate::servo::{AxisParameters, AxisReference, ServoError};
+use crate::servo::{AxisParameters, AxisReference};
 
 /// Gains of [`Cascade`], none negative.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -33,7 +34,7 @@ impl CascadeGains {
     ///
     /// # Errors
     /// Names the first one that is not.
-    pub fn check(&self) -> Result<(), ServoError> {
+    pub fn check(&self) -> Result<(), OutOfRange> {
         self.loops.check()?;
         not_negative("velocity_rad_mm", self.velocity_rad_mm)?;
         not_negative("viscous_nm_s_mm", self.viscous_nm_s_mm)?;
@@ -55,7 +56,7 @@ impl Cascade {
     ///
     /// # Errors
     /// A gain out of its range.
-    pub fn new(gains: &CascadeGains, period_s: f64) -> Result<Self, ServoError> {
+    pub fn new(gains: &CascadeGains, period_s: f64) -> Result<Self, OutOfRange> {
         gains.check()?;
         Ok(Self { gains: *gains, loops: PPi::new(&gains.loops, period_s)? })
     }

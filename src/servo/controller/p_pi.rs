@@ -1,8 +1,9 @@
 //! Position P around velocity PI: what most drives do.
 
 use super::{ControlOutput, Controller, Feedback, Integral};
+use crate::parameters::OutOfRange;
+use crate::servo::AxisReference;
 use crate::servo::parameters::not_negative;
-use crate::servo::{AxisReference, ServoError};
 
 /// Gains of [`PPi`], none negative.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -20,7 +21,7 @@ impl PPiGains {
     ///
     /// # Errors
     /// Names the first one that is not.
-    pub fn check(&self) -> Result<(), ServoError> {
+    pub fn check(&self) -> Result<(), OutOfRange> {
         not_negative("position_rad_s_mm", self.position_rad_s_mm)?;
         not_negative("velocity_nm_s_rad", self.velocity_nm_s_rad)?;
         not_negative("integral_1_s", self.integral_1_s)
@@ -41,7 +42,7 @@ impl PPi {
     ///
     /// # Errors
     /// A gain out of its range.
-    pub fn new(gains: &PPiGains, period_s: f64) -> Result<Self, ServoError> {
+    pub fn new(gains: &PPiGains, period_s: f64) -> Result<Self, OutOfRange> {
         gains.check()?;
         let integral = Integral::new(gains.velocity_nm_s_rad * gains.integral_1_s * period_s);
         Ok(Self { gains: *gains, integral })

@@ -1,8 +1,9 @@
 //! Position PID.
 
 use super::{ControlOutput, Controller, Feedback, Integral};
+use crate::parameters::OutOfRange;
 use crate::servo::parameters::{at_most_nyquist, not_negative, positive};
-use crate::servo::{AxisReference, Drive, ServoError};
+use crate::servo::{AxisReference, Drive};
 
 /// Gains of [`Pid`], none negative.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -22,7 +23,7 @@ impl PidGains {
     ///
     /// # Errors
     /// Names the first one that is not.
-    pub fn check(&self, period_s: f64) -> Result<(), ServoError> {
+    pub fn check(&self, period_s: f64) -> Result<(), OutOfRange> {
         not_negative("proportional_v_mm", self.proportional_v_mm)?;
         not_negative("integral_v_mm_s", self.integral_v_mm_s)?;
         not_negative("derivative_v_s_mm", self.derivative_v_s_mm)?;
@@ -51,7 +52,7 @@ impl Pid {
     ///
     /// # Errors
     /// A gain out of its range.
-    pub fn new(gains: &PidGains, drive: &Drive, period_s: f64) -> Result<Self, ServoError> {
+    pub fn new(gains: &PidGains, drive: &Drive, period_s: f64) -> Result<Self, OutOfRange> {
         gains.check(period_s)?;
         Ok(Self {
             gains: *gains,

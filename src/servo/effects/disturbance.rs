@@ -1,7 +1,7 @@
 //! Disturbances: torque ripple and cutting force.
 
 use super::lookup_table::LookupTable;
-use crate::servo::ServoError;
+use crate::parameters::OutOfRange;
 use crate::servo::parameters::LARGEST;
 
 /// One harmonic of the torque ripple.
@@ -31,20 +31,20 @@ impl TorqueRipple {
     ///
     /// # Errors
     /// Names the first value that is not.
-    pub fn check(&self) -> Result<(), ServoError> {
+    pub fn check(&self) -> Result<(), OutOfRange> {
         if self.harmonics.len() > 16 {
             let value = self.harmonics.len() as f64;
-            return Err(ServoError { name: "harmonics of the ripple", value, needed: "at most 16" });
+            return Err(OutOfRange::new("harmonics of the ripple", value, "at most 16"));
         }
         for harmonic in &self.harmonics {
             let n = harmonic.per_revolution;
             if !(1..=1000).contains(&n) {
-                return Err(ServoError { name: "per_revolution", value: f64::from(n), needed: "from 1 to 1000" });
+                return Err(OutOfRange::new("per_revolution", f64::from(n), "from 1 to 1000"));
             }
             super::super::parameters::not_negative("amplitude_nm", harmonic.amplitude_nm)?;
             if !(harmonic.phase_rad.abs() <= 1e3) {
                 let needed = "a finite angle, at most 1000 rad";
-                return Err(ServoError { name: "phase_rad", value: harmonic.phase_rad, needed });
+                return Err(OutOfRange::new("phase_rad", harmonic.phase_rad, needed));
             }
         }
         Ok(())
@@ -65,9 +65,9 @@ impl CuttingForce {
     ///
     /// # Errors
     /// They are not.
-    pub fn check(&self) -> Result<(), ServoError> {
+    pub fn check(&self) -> Result<(), OutOfRange> {
         let (Self::OverTime(table) | Self::OverPosition(table)) = self;
         let value = table.largest();
-        if value <= LARGEST { Ok(()) } else { Err(ServoError { name: "force_n", value, needed: "at most 1e9" }) }
+        if value <= LARGEST { Ok(()) } else { Err(OutOfRange::new("force_n", value, "at most 1e9")) }
     }
 }

@@ -1,7 +1,8 @@
 //! Effects between controller and torque: delay, DAC resolution, current loop; and plant mismatch.
 
+use crate::parameters::OutOfRange;
+use crate::servo::Plant;
 use crate::servo::parameters::positive;
-use crate::servo::{Plant, ServoError};
 
 /// Computation delay: the voltage of sample `k` reaches the amplifier at `(k + d) Δt`.
 ///
@@ -22,12 +23,12 @@ impl Delay {
     ///
     /// # Errors
     /// It is not.
-    pub fn check(&self) -> Result<(), ServoError> {
+    pub fn check(&self) -> Result<(), OutOfRange> {
         if (0.0..=Self::LONGEST).contains(&self.samples) {
             return Ok(());
         }
         let needed = "from 0 to 16 samples; no drive computes for longer, and no loop would be stable";
-        Err(ServoError { name: "delay (samples)", value: self.samples, needed })
+        Err(OutOfRange::new("delay (samples)", self.samples, needed))
     }
 }
 
@@ -43,11 +44,11 @@ impl Dac {
     ///
     /// # Errors
     /// They are not.
-    pub fn check(&self) -> Result<(), ServoError> {
+    pub fn check(&self) -> Result<(), OutOfRange> {
         if (2..=32).contains(&self.bits) {
             return Ok(());
         }
-        Err(ServoError { name: "bits of the DAC", value: f64::from(self.bits), needed: "from 2 to 32" })
+        Err(OutOfRange::new("bits of the DAC", f64::from(self.bits), "from 2 to 32"))
     }
 
     /// One step \[V\]: `u_max / (2ⁿ⁻¹ - 1)`.
@@ -69,7 +70,7 @@ impl CurrentLoop {
     ///
     /// # Errors
     /// It is not.
-    pub fn check(&self) -> Result<(), ServoError> {
+    pub fn check(&self) -> Result<(), OutOfRange> {
         positive("bandwidth_hz of the current loop", self.bandwidth_hz)
     }
 }
@@ -88,10 +89,10 @@ impl Mismatch {
     ///
     /// # Errors
     /// They are not.
-    pub fn check(&self) -> Result<(), ServoError> {
+    pub fn check(&self) -> Result<(), OutOfRange> {
         for (name, value) in [("gain_factor", self.gain_factor), ("time_constant_factor", self.time_constant_factor)] {
             if !(0.01..=100.0).contains(&value) {
-                return Err(ServoError { name, value, needed: "from 0.01 to 100" });
+                return Err(OutOfRange::new(name, value, "from 0.01 to 100"));
             }
         }
         Ok(())

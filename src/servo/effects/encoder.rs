@@ -1,9 +1,9 @@
 //! Feedback of the controller: encoder, velocity estimate, noise.
 
+use crate::parameters::OutOfRange;
 use std::f64::consts::PI;
 
 use super::normal::Normal;
-use crate::servo::ServoError;
 use crate::servo::parameters::{LARGEST, at_most_nyquist, not_negative, positive};
 
 /// Where the encoder sits.
@@ -57,11 +57,11 @@ impl Encoder {
     ///
     /// # Errors
     /// Names the first one that is not.
-    pub fn check(&self, period_s: f64) -> Result<(), ServoError> {
+    pub fn check(&self, period_s: f64) -> Result<(), OutOfRange> {
         not_negative("resolution_um", self.resolution_um)?;
         if self.resolution_um > 0.0 && self.resolution_um < 1e-6 {
             let needed = "0 (no rounding) or at least 1e-6";
-            return Err(ServoError { name: "resolution_um", value: self.resolution_um, needed });
+            return Err(OutOfRange::new("resolution_um", self.resolution_um, needed));
         }
         match self.velocity {
             VelocityEstimate::Tachometer | VelocityEstimate::Difference => Ok(()),
@@ -77,7 +77,7 @@ impl Encoder {
                     return Ok(());
                 }
                 let needed = "lower: the observer is unstable unless 4 ζ w + w² < 4 with w = 2π · bandwidth · period_s";
-                Err(ServoError { name: "bandwidth_hz of the observer", value: bandwidth_hz, needed })
+                Err(OutOfRange::new("bandwidth_hz of the observer", bandwidth_hz, needed))
             }
         }
     }
@@ -110,11 +110,11 @@ impl Noise {
     ///
     /// # Errors
     /// It is not.
-    pub fn check(&self) -> Result<(), ServoError> {
+    pub fn check(&self) -> Result<(), OutOfRange> {
         if (0.0..=LARGEST).contains(&self.rms_um) {
             return Ok(());
         }
-        Err(ServoError { name: "rms_um of the noise", value: self.rms_um, needed: "zero or positive, at most 1e9" })
+        Err(OutOfRange::new("rms_um of the noise", self.rms_um, "zero or positive, at most 1e9"))
     }
 }
 

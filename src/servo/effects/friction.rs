@@ -1,7 +1,8 @@
 //! Friction of guideway and bearings.
 
+use crate::parameters::OutOfRange;
+use crate::servo::Drive;
 use crate::servo::parameters::{LARGEST, not_negative, positive};
-use crate::servo::{Drive, ServoError};
 
 /// Friction with true sticking: Coulomb, Stribeck and viscous.
 ///
@@ -58,17 +59,17 @@ impl Coulomb {
     ///
     /// # Errors
     /// Names the first parameter that is not.
-    pub fn check(&self, drive: &Drive) -> Result<(), ServoError> {
+    pub fn check(&self, drive: &Drive) -> Result<(), OutOfRange> {
         positive("coulomb_nm", self.coulomb_nm)?;
         not_negative("viscous_nm_s_rad", self.viscous_nm_s_rad)?;
         positive("stribeck_mm_s", self.stribeck_mm_s)?;
         if !(self.static_nm >= self.coulomb_nm && self.static_nm <= LARGEST) {
             let needed = "at least coulomb_nm: an axis that is easier to move at rest than in motion never sticks";
-            return Err(ServoError { name: "static_nm", value: self.static_nm, needed });
+            return Err(OutOfRange::new("static_nm", self.static_nm, needed));
         }
         if !(self.static_nm < drive.voltage_limit_v / drive.torque_to_voltage_v_nm) {
             let needed = "below the torque at the voltage limit: the axis would never slip";
-            return Err(ServoError { name: "static_nm", value: self.static_nm, needed });
+            return Err(OutOfRange::new("static_nm", self.static_nm, needed));
         }
         Ok(())
     }
@@ -133,7 +134,7 @@ impl Friction {
     ///
     /// # Errors
     /// Names the first one that is not.
-    pub fn check(&self, inertia_kg_m2: f64, drive: &Drive) -> Result<(), ServoError> {
+    pub fn check(&self, inertia_kg_m2: f64, drive: &Drive) -> Result<(), OutOfRange> {
         self.curve().check(drive)?;
         if let Self::LuGre(lugre) = self {
             positive("stiffness_nm_rad", lugre.stiffness_nm_rad)?;
@@ -143,7 +144,7 @@ impl Friction {
             if lugre.damping_nm_s_rad > 2.0 * critical {
                 let needed = "at most 4 √(stiffness_nm_rad J), J the inertia that rubs (the table's, of two masses): twice \
                               what damps it critically on its bristles";
-                return Err(ServoError { name: "damping_nm_s_rad", value: lugre.damping_nm_s_rad, needed });
+                return Err(OutOfRange::new("damping_nm_s_rad", lugre.damping_nm_s_rad, needed));
             }
         }
         Ok(())

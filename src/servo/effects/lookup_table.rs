@@ -1,6 +1,6 @@
 //! A function given by points: straight lines between them.
 
-use crate::servo::ServoError;
+use crate::parameters::OutOfRange;
 
 /// A function given by points `(at, value)`, with straight lines between them.
 ///
@@ -33,9 +33,9 @@ impl LookupTable {
     ///
     /// # Errors
     /// No point, a number that is not finite or above 1e9, points that do not rise, a period that they do not fit in.
-    pub fn new(points: impl IntoIterator<Item = (f64, f64)>, period: Option<f64>) -> Result<Self, ServoError> {
+    pub fn new(points: impl IntoIterator<Item = (f64, f64)>, period: Option<f64>) -> Result<Self, OutOfRange> {
         let (mut at, mut value): (Vec<f64>, Vec<f64>) = points.into_iter().unzip();
-        let error = |name, value, needed| Err(ServoError { name, value, needed });
+        let error = |name, value, needed| Err(OutOfRange::new(name, value, needed));
         let Some((&first, &last)) = at.first().zip(at.last()) else {
             return error("table (number of points)", 0.0, "at least 1");
         };

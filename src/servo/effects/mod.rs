@@ -12,7 +12,8 @@ mod lookup_table;
 mod normal;
 mod screw;
 
-use super::{AxisParameters, Drive, LoopSettings, Plant, ServoError};
+use super::{AxisParameters, Drive, LoopSettings, Plant};
+use crate::parameters::OutOfRange;
 pub use disturbance::{CuttingForce, Harmonic, TorqueRipple};
 pub use electronics::{CurrentLoop, Dac, Delay, Mismatch};
 pub(in crate::servo) use encoder::Sensor;
@@ -78,9 +79,9 @@ impl Integration {
     ///
     /// # Errors
     /// Names the first one that is not.
-    pub fn check(&self) -> Result<(), ServoError> {
+    pub fn check(&self) -> Result<(), OutOfRange> {
         if !(1..=Self::MOST_SUBSTEPS).contains(&self.substeps) {
-            return Err(ServoError { name: "substeps", value: f64::from(self.substeps), needed: Self::SUBSTEPS });
+            return Err(OutOfRange::new("substeps", f64::from(self.substeps), Self::SUBSTEPS));
         }
         super::parameters::positive("tolerance_mm_s", self.tolerance_mm_s)
     }
@@ -105,7 +106,7 @@ impl Effects {
     ///
     /// # Errors
     /// Names the first one that is not.
-    pub fn check(&self, axis: &AxisParameters, settings: &LoopSettings) -> Result<(), ServoError> {
+    pub fn check(&self, axis: &AxisParameters, settings: &LoopSettings) -> Result<(), OutOfRange> {
         let (drive, period_s) = (&axis.drive, settings.period_s);
         self.mismatch.iter().try_for_each(Mismatch::check)?;
         let plant = self.plant(&axis.plant);

@@ -1,8 +1,9 @@
 //! The ballscrew: compliance, backlash, pitch error.
 
 use super::lookup_table::LookupTable;
+use crate::parameters::OutOfRange;
 use crate::servo::parameters::{not_negative, positive};
-use crate::servo::{Drive, Plant, ServoError};
+use crate::servo::{Drive, Plant};
 
 /// A compliant ballscrew: the motor and the table are two masses with a spring between them.
 ///
@@ -60,19 +61,19 @@ impl TwoMass {
     ///
     /// # Errors
     /// Names the first one that is not.
-    pub fn check(&self, plant: &Plant, drive: &Drive, period_s: f64) -> Result<(), ServoError> {
+    pub fn check(&self, plant: &Plant, drive: &Drive, period_s: f64) -> Result<(), OutOfRange> {
         positive("table_mass_kg", self.table_mass_kg)?;
         positive("stiffness_n_um", self.stiffness_n_um)?;
         not_negative("damping_n_s_mm", self.damping_n_s_mm)?;
         if !(self.table_inertia_kg_m2(drive) < 0.999 * plant.inertia_kg_m2(drive)) {
             let needed = "lighter: at the motor it is more than the inertia time_constant_s / (torque_to_voltage_v_nm \
                           gain_rad_s_v) of the whole axis, which includes the motor's";
-            return Err(ServoError { name: "table_mass_kg", value: self.table_mass_kg, needed });
+            return Err(OutOfRange::new("table_mass_kg", self.table_mass_kg, needed));
         }
         if !(self.resonance_rad_s(plant, drive) * period_s <= MOST_RADIANS) {
             let needed =
                 "softer: the resonance would swing more than 16 times in a control period, which is a rigid axis";
-            return Err(ServoError { name: "stiffness_n_um", value: self.stiffness_n_um, needed });
+            return Err(OutOfRange::new("stiffness_n_um", self.stiffness_n_um, needed));
         }
         Ok(())
     }
@@ -99,7 +100,7 @@ impl Backlash {
     ///
     /// # Errors
     /// It is not.
-    pub fn check(&self) -> Result<(), ServoError> {
+    pub fn check(&self) -> Result<(), OutOfRange> {
         positive("gap_um", self.gap_um)
     }
 }
@@ -128,11 +129,11 @@ impl PitchError {
     ///
     /// # Errors
     /// One of more than 10 mm.
-    pub fn check(&self) -> Result<(), ServoError> {
+    pub fn check(&self) -> Result<(), OutOfRange> {
         let value = self.error_um.largest();
         if value <= 1e4 {
             return Ok(());
         }
-        Err(ServoError { name: "pitch error_um", value, needed: "at most 10 000 µm; is the table in mm?" })
+        Err(OutOfRange::new("pitch error_um", value, "at most 10 000 µm; is the table in mm?"))
     }
 }

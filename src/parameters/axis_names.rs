@@ -1,0 +1,9 @@
+//! Names of the axes.
+
+/// Names of the axes, in the order of the path's coordinates.
+pub const AXIS_NAMES: [&str; 3] = ["x", "y", "z"];
+
+/// The name of an axis, counted from 0; `?` beyond the last.
+pub fn axis_name(axis: usize) -> &'static str {
+    AXIS_NAMES.get(axis).copied().unwrap_or("?")
+}
