@@ -201,7 +201,12 @@ fn a_file_that_cannot_be_used_is_told_with_line_column_and_help() {
         ("type", good.replace("kpp = 97", "kpp = \"97\"").into(), "type.toml:12:7", "`kpp` must be a number"),
         ("unknown", good.replace("kpp = 97", "kp = 97").into(), "unknown.toml:12:1", "did you mean `kpp`?"),
         ("missing", good.replace("kpp = 97\n", "").into(), "missing.toml:11:1", "add a line `kpp = …`"),
-        ("nan", good.replace("kpp = 97", "kpp = nan").into(), "nan.toml:12:7", "zero or a positive number, at most 1e9 rad/s/mm"),
+        (
+            "nan",
+            good.replace("kpp = 97", "kpp = nan").into(),
+            "nan.toml:12:7",
+            "zero or a positive number, at most 1e9 rad/s/mm",
+        ),
         ("zero", good.replace("time_constant_s = 0.2", "time_constant_s = 0").into(), "zero.toml:10:19", "positive"),
         ("far", good.replace("[30, 40]", "[1e9, 40]").into(), "far.toml:3:10", "millimetres"),
         ("same", good.replace("[30, 40]", "[0, 0]").into(), "same.toml:3:10", "move `end_mm`"),
