@@ -2,7 +2,8 @@
 
 use std::fmt::Write as _;
 
-use crate::report::{StepoverPicture, StepoverRow};
+use crate::report::StepoverPicture;
+use crate::toolpath::{StepoverComparison, StepoverRow};
 use clap::Args;
 use serde::Serialize;
 
@@ -73,21 +74,37 @@ pub(crate) fn run(args: &StepoverArgs) -> Result<Outcome, CliError> {
             return Err(CliError::Usage(format!("{given} {what} are too many for one plot: at most {most}")));
         }
     }
-    let picture = StepoverPicture {
+    let compared = StepoverComparison {
         radius_mm: args.radius,
         scallops_mm: args.scallop.clone(),
         curvature_radii_mm: args.curvature.clone(),
         range_mm: args.range,
     };
-    let rows = picture.rows().map_err(|error| CliError::Usage(format!("no step-over: {error}")))?;
+    let rows = compared.rows().map_err(|error| CliError::Usage(format!("no step-over: {error}")))?;
     let comparison = Comparison { cutter_radius_mm: args.radius, rows };
     args.out.print.show(&comparison, || table(&comparison))?;
     if let Some(format) = args.out.plots.format() {
         make_folder(&args.out.folder)?;
+        let caption = caption(&compared);
+        let picture = StepoverPicture {
+            caption: &caption,
+            curves: compared.curves(),
+            rows: comparison.rows,
+            range_mm: compared.sound_range_mm(),
+        };
         let stem = format!("ball-{}mm", short(args.radius, 4));
         args.out.print.note(&plot::wrote(&picture.write(&args.out.folder, &stem, format)?));
     }
     Ok(Outcome::Fine)
+}
+
+/// What the plot shows, in one line.
+fn caption(compared: &StepoverComparison) -> String {
+    let points = if *compared == StepoverComparison::default() { "the paper's table" } else { "those of the table" };
+    let radius = short(compared.radius_mm, 3);
+    format!(
+        "(v − w)/w of the fast form v = √(8 h r R/(R + r)), w exact, without sign; cutter radius r = {radius} mm; the points are {points}"
+    )
 }
 
 fn table(comparison: &Comparison) -> String {

@@ -7,126 +7,16 @@ use plotters::style::text_anchor::{HPos, Pos, VPos};
 use plotters::style::{Color, FontTransform, IntoFont, RGBAColor, RGBColor, ShapeStyle, TextStyle};
 use plotters_backend::DrawingErrorKind;
 
-use super::curve::{Dash, Frame, Px, dashed, thinned};
+use super::curve::{Frame, Px, dashed, thinned};
 use super::font;
+use super::marks::{Anchor, Image, Mark, PLOTTERS_FONT_SCALE, TextFormat, UNITS_PER_PX};
 use super::pixels::Pixels;
+use super::style::{Colour, LineStyle, WHITE};
 
 /// Size of every figure \[px\].
 pub(super) const WIDTH_PX: f64 = 1200.0;
 /// See [`WIDTH_PX`].
 pub(super) const HEIGHT_PX: f64 = 800.0;
-
-/// Backends take whole numbers only: they are given tenths of a pixel, so that curves stay smooth.
-pub(super) const UNITS_PER_PX: f64 = 10.0;
-
-/// plotters' SVG backend divides the font size by this.
-const PLOTTERS_FONT_SCALE: f64 = 1.24;
-
-pub(super) type Colour = (u8, u8, u8);
-
-pub(super) const INK: Colour = (34, 34, 34);
-pub(super) const MUTED: Colour = (100, 100, 100);
-pub(super) const GRID: Colour = (229, 229, 229);
-pub(super) const BORDER: Colour = (130, 130, 130);
-pub(super) const DESIRED: Colour = (178, 178, 178);
-pub(super) const SHADE: Colour = (244, 240, 234);
-pub(super) const TINT: Colour = (250, 224, 205);
-pub(super) const WHITE: Colour = (255, 255, 255);
-
-/// One colour a run, told apart by colour-blind readers too (Okabe and Ito 2008, without its yellow).
-pub(super) const RUN_COLOURS: [Colour; 6] =
-    [(0, 114, 178), (213, 94, 0), (0, 158, 115), (204, 121, 167), (230, 159, 0), (86, 180, 233)];
-pub(super) const VERMILLION: Colour = RUN_COLOURS[1];
-
-/// Stroke of the curves \[px\].
-pub(super) const CURVE_PX: f64 = 1.5;
-
-/// How a line is drawn.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub(super) struct LineStyle {
-    pub(super) colour: Colour,
-    pub(super) width_px: f64,
-    pub(super) dash: Option<Dash>,
-}
-
-impl LineStyle {
-    pub(super) fn solid(colour: Colour, width_px: f64) -> Self {
-        Self { colour, width_px, dash: None }
-    }
-}
-
-/// Which point of a text is given.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) enum Anchor {
-    Left,
-    Middle,
-    Right,
-}
-
-#[derive(Debug, Clone, PartialEq)]
-pub(super) struct TextFormat {
-    /// Anchor; half the height of a small letter above the base line.
-    pub(super) at: Px,
-    pub(super) text: String,
-    pub(super) em_px: f64,
-    pub(super) colour: Colour,
-    pub(super) anchor: Anchor,
-    /// Reads from bottom to top.
-    pub(super) upwards: bool,
-}
-
-impl TextFormat {
-    pub(super) fn new(at: Px, text: impl Into<String>, em_px: f64, anchor: Anchor) -> Self {
-        Self { at, text: text.into(), em_px, colour: INK, anchor, upwards: false }
-    }
-
-    #[must_use]
-    pub(super) fn coloured(mut self, colour: Colour) -> Self {
-        self.colour = colour;
-        self
-    }
-
-    /// The rectangle that the text covers.
-    pub(super) fn frame(&self) -> Frame {
-        let width = font::width_px(&self.text, self.em_px);
-        let start = match self.anchor {
-            Anchor::Left => 0.0,
-            Anchor::Middle => -0.5 * width,
-            Anchor::Right => -width,
-        };
-        // Ascenders reach 0.5 em above the anchor, descenders 0.5 em below.
-        let half = 0.5 * self.em_px;
-        let (x, y) = self.at;
-        if self.upwards {
-            Frame { left: x - half, top: y - start - width, right: x + half, bottom: y - start }
-        } else {
-            Frame { left: x + start, top: y - half, right: x + start + width, bottom: y + half }
-        }
-    }
-}
-
-#[derive(Debug, Clone, PartialEq)]
-pub(super) enum Mark {
-    Line { points: Vec<Px>, colour: Colour, width_px: f64 },
-    Area { points: Vec<Px>, colour: Colour },
-    Dot { at: Px, radius_px: f64, colour: Colour },
-    TextFormat(TextFormat),
-    Image(Image),
-}
-
-/// Coloured squares, row after row from the top, stretched over a frame.
-#[derive(Debug, Clone, PartialEq)]
-pub(super) struct Image {
-    pub(super) frame: Frame,
-    pub(super) columns: usize,
-    pub(super) colours: Vec<Colour>,
-}
-
-impl Image {
-    pub(super) fn rows(&self) -> usize {
-        self.colours.len() / self.columns.max(1)
-    }
-}
 
 /// A backend that can show an image.
 trait Canvas: DrawingBackend {
@@ -330,11 +220,6 @@ fn base64(bytes: &[u8]) -> String {
         }
     }
     out
-}
-
-/// Font size in units from the size that a backend is given.
-pub(super) fn em_units(plotters_size: f64) -> f64 {
-    plotters_size / PLOTTERS_FONT_SCALE
 }
 
 fn rgba((r, g, b): Colour) -> RGBAColor {

@@ -1,27 +1,11 @@
-//! Plots into a folder.
+//! Figures into files.
 
 use std::fs;
 use std::path::{Path, PathBuf};
 
+use super::error::ReportError;
 use super::figure::Figure;
-use super::{Format, PlotKind, ReportError, RunData, drawn, plots};
-
-/// Draws every plot that applies to the runs and writes `STEM-path.svg`, `STEM-contour.svg`, `STEM-feedrate.svg`,
-/// `STEM-voltage.svg`, of machines with three axes `STEM-space.svg`, and when there was a search `STEM-search.svg` into `folder`
-/// (made if missing; existing files are replaced). Returns the files in this order.
-///
-/// All plots are drawn before the first is written, and each file appears under its name only when it is complete.
-///
-/// # Errors
-/// No run, a stem that is no plain file name, a plot that cannot be drawn, a file or folder that cannot be written.
-pub fn write_all(runs: &[RunData], folder: &Path, stem: &str, format: Format) -> Result<Vec<PathBuf>, ReportError> {
-    check_stem(stem)?;
-    if runs.is_empty() {
-        return Err(ReportError::Nothing { kind: PlotKind::Path });
-    }
-    let kinds = PlotKind::ALL.into_iter().filter(|kind| kind.applies_to(runs));
-    write_figures(kinds.map(|kind| (kind.name(), plots::figure(runs, kind))), folder, stem, format)
-}
+use super::format::Format;
 
 /// Writes each figure as `STEM-NAME.svg` (or `.png`) into `folder`, which is made if it is missing; existing files are
 /// replaced. Returns the files in the order of the figures. The way of every plot to its file, of runs and of anything else.
@@ -51,7 +35,16 @@ pub(super) fn write_figures(
     Ok(files)
 }
 
-fn check_stem(stem: &str) -> Result<(), ReportError> {
+/// The bytes of a figure; `plot` is what messages and file names call it.
+pub(super) fn drawn(figure: &Figure, plot: &'static str, format: Format) -> Result<Vec<u8>, ReportError> {
+    let drawn = match format {
+        Format::Svg => figure.svg(),
+        Format::Png => figure.png(),
+    };
+    drawn.map_err(|reason| ReportError::Draw { plot, reason })
+}
+
+pub(super) fn check_stem(stem: &str) -> Result<(), ReportError> {
     if stem.is_empty() || stem.chars().any(|c| matches!(c, '/' | '\\') || c.is_control()) {
         return Err(ReportError::Stem { stem: stem.to_owned() });
     }

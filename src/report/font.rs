@@ -15,7 +15,7 @@ pub(super) fn font() -> Option<&'static FontRef<'static>> {
     FONT.get_or_init(|| FontRef::try_from_slice(BYTES).ok()).as_ref()
 }
 
-/// How far a glyph moves the pen, in units of the font size.
+/// Advance width of a glyph, in units of the font size.
 pub(super) fn advance_em(font: &FontRef<'static>, glyph: GlyphId) -> f64 {
     f64::from(font.h_advance_unscaled(glyph)) / f64::from(font.units_per_em().unwrap_or(2048.0))
 }

@@ -3,8 +3,9 @@
 use std::sync::OnceLock;
 
 use super::curve::Frame;
-use super::figure::{Figure, HEIGHT_PX, Mark, TextFormat, WIDTH_PX};
-use super::{PlotKind, PlotSample, RunData, RunMetadata, plots};
+use super::figure::{Figure, HEIGHT_PX, WIDTH_PX};
+use super::marks::{Mark, TextFormat};
+use super::{PlotKind, PlotSample, RunData, RunMetadata, runs};
 use crate::feedrate::{Motion, Profile, optimize_n_c};
 use crate::limits::LimitCheck;
 use crate::optimize::Step;
@@ -77,11 +78,11 @@ fn cases() -> Vec<Vec<RunData>> {
 
 /// Every plot of every case, drawn once.
 fn each(check: impl Fn(&str, &Figure)) {
-    static SHEETS: OnceLock<Vec<(String, Figure)>> = OnceLock::new();
-    let figures = SHEETS.get_or_init(|| {
+    static FIGURES: OnceLock<Vec<(String, Figure)>> = OnceLock::new();
+    let figures = FIGURES.get_or_init(|| {
         let mut figures = Vec::new();
-        for (i, runs) in cases().iter().enumerate() {
-            let draw = |kind| (format!("case {i}, {kind:?} of {} runs", runs.len()), plots::figure(runs, kind));
+        for (i, data) in cases().iter().enumerate() {
+            let draw = |kind| (format!("case {i}, {kind:?} of {} runs", data.len()), runs::figure(data, kind));
             figures.extend(PlotKind::ALL.map(draw));
         }
         figures

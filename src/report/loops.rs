@@ -5,10 +5,12 @@ use std::path::{Path, PathBuf};
 
 use super::axis::{Axis, Range, significant};
 use super::curve::{Dash, Frame};
-use super::figure::{CURVE_PX, Colour, DESIRED, Figure, INK, LineStyle, MUTED, RUN_COLOURS};
+use super::error::ReportError;
+use super::figure::Figure;
 use super::files::write_figures;
+use super::format::Format;
+use super::style::{CURVE_PX, Colour, DESIRED, INK, LineStyle, MUTED, RUN_COLOURS};
 use super::subplot::{Entry, Heading, Subplot, gutter, stack, subplot_height, x_axis, y_axis};
-use super::{Format, ReportError};
 use crate::analysis::{DriveLoop, Feedforward, Margins};
 
 /// Points of a frequency response.
@@ -62,7 +64,7 @@ pub fn write_loops(
             phase_crossovers: drive.phase_crossovers_rad_s(),
         })
         .collect();
-    let title = super::plots::printable(title);
+    let title = super::plots::words::printable(title);
     let figures =
         [("bode", bode(&title, &drawn)), ("nyquist", nyquist(&title, &drawn)), ("step", step(&title, &drawn))];
     write_figures(figures, folder, stem, format)

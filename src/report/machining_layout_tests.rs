@@ -1,12 +1,17 @@
 //! That the pictures of tool paths are laid out as a person would: nothing off the figure, no text on another.
 
 use super::curve::Frame;
-use super::figure::{Figure, HEIGHT_PX, Mark, TextFormat, WIDTH_PX};
-use super::machining::{DeviationPicture, DeviationSubplot, MoveKind, PathMove, PathPicture, StepoverPicture};
+use super::figure::{Figure, HEIGHT_PX, WIDTH_PX};
+use super::marks::{Mark, TextFormat};
+use super::part_data::{DeviationPicture, DeviationSubplot, MoveKind, PathMove, PathPicture, StepoverPicture};
 use super::plots::{deviation, path_3d, rings, stepover};
+use crate::toolpath::StepoverComparison;
 
 fn figures() -> Vec<(String, Figure)> {
-    let mut figures = vec![("stepover".to_owned(), stepover::figure(&StepoverPicture::default()))];
+    let compared = StepoverComparison::default();
+    let rows = compared.rows().unwrap();
+    let picture = StepoverPicture { caption: "caption", curves: compared.curves(), rows, range_mm: compared.range_mm };
+    let mut figures = vec![("stepover".to_owned(), stepover::figure(&picture))];
     for columns in [1, 20, 100, 2000] {
         for size in [1e-4, 1.0, 30.0, 1e6] {
             for maps in [1, 2] {

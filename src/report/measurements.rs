@@ -1,10 +1,12 @@
-//! Plots of measurements and of learning.
+//! Plots of measurements, of learning and of tuning.
 
 use std::path::{Path, PathBuf};
 
-use super::files::write_figures;
-use super::plots::{circle, learning, response, steps};
-use super::{Format, ReportError};
+use super::convergence::Convergence;
+use super::error::ReportError;
+use super::files::{drawn, write_figures};
+use super::format::Format;
+use super::plots::{circle, learning, response, steps, tune};
 use crate::learning::Learned;
 use crate::measure::{CircleTest, Response, Steps};
 
@@ -49,4 +51,26 @@ pub fn write_learning(
     format: Format,
 ) -> Result<Vec<PathBuf>, ReportError> {
     write_figures([("learning", learning::figure(learned))], folder, stem, format)
+}
+
+/// Draws how a tuning converged: the best objective of every start over evaluations, on a log scale, and by how much the
+/// starts that begin outside of the constraints violate them. The bytes of an SVG document (UTF-8) or of a PNG file.
+///
+/// # Errors
+/// A failure of the drawing backend.
+pub fn draw_convergence(convergence: &Convergence<'_>, format: Format) -> Result<Vec<u8>, ReportError> {
+    drawn(&tune::figure(convergence), "tune", format)
+}
+
+/// Writes the plot of [`draw_convergence`] as `STEM-tune.svg` (or `.png`) into `folder`, as [`write_all`](super::write_all) does.
+///
+/// # Errors
+/// As those of [`write_all`](super::write_all).
+pub fn write_convergence(
+    convergence: &Convergence<'_>,
+    folder: &Path,
+    stem: &str,
+    format: Format,
+) -> Result<Vec<PathBuf>, ReportError> {
+    write_figures([("tune", tune::figure(convergence))], folder, stem, format)
 }

@@ -1,7 +1,8 @@
 //! That the pictures of measurements are laid out as a person would: nothing off the figure, no text on another.
 
 use super::curve::Frame;
-use super::figure::{Figure, HEIGHT_PX, Mark, TextFormat, WIDTH_PX};
+use super::figure::{Figure, HEIGHT_PX, WIDTH_PX};
+use super::marks::{Mark, TextFormat};
 use super::plots::{circle, learning, response, steps};
 use crate::learning::{LearnRun, Learned};
 use crate::measure::{

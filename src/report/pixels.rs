@@ -13,8 +13,8 @@ use plotters_backend::{
 };
 
 use super::curve::{Frame, Px, distance_to_segment, length};
-use super::figure::{Image, UNITS_PER_PX, em_units};
 use super::font;
+use super::marks::{Image, UNITS_PER_PX, em_units};
 
 /// Pixels of the file per pixel of the layout: sharp on dense screens and in print.
 const DENSITY: f64 = 2.0;

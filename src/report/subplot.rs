@@ -1,12 +1,11 @@
-//! Panels: a frame with two axes, grid, curves and labels that keep out of each other's way; and the heading above them.
+//! Subplots: a frame with two axes, grid, curves and labels that keep out of each other's way; and the heading above them.
 
 use super::axis::{Axis, Range};
 use super::curve::{Frame, Px, length};
-use super::figure::{
-    Anchor, BORDER, Colour, Figure, GRID, HEIGHT_PX, INK, LineStyle, MUTED, SHADE, TextFormat, VERMILLION, WHITE,
-    WIDTH_PX,
-};
+use super::figure::{Figure, HEIGHT_PX, WIDTH_PX};
 use super::font;
+use super::marks::{Anchor, TextFormat};
+use super::style::{BORDER, Colour, GRID, INK, LineStyle, MUTED, SHADE, VERMILLION, WHITE};
 
 pub(super) const TITLE_EM: f64 = 20.0;
 const SUBTITLE_EM: f64 = 14.0;

@@ -18,6 +18,8 @@ pub mod guide;
 pub mod mesh;
 pub mod plan;
 pub mod stepover;
+mod stepover_comparison;
 
 pub use cutter::{Cutter, CutterError};
 pub use design::{ContactLocation, DesignSurface, SurfaceTop};
+pub use stepover_comparison::{StepoverComparison, StepoverCurve, StepoverRow, stepover_row};

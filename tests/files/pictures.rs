@@ -8,8 +8,8 @@ use std::fs;
 
 use servosim::report::{
     DeviationPicture, DeviationSubplot, Format, MoveKind, PathMove, PathPicture, ReportError, StepoverPicture,
-    stepover_row,
 };
+use servosim::toolpath::{StepoverComparison, stepover_row};
 
 /// A patch of 80 × 80 mm with a hump.
 fn height(x: f64, y: f64) -> f64 {
@@ -78,7 +78,7 @@ fn deviations(side: usize, servo: f64) -> Vec<f32> {
 }
 
 fn maps<'a>(nominal: &'a [f32], as_cut: &'a [f32], side: usize) -> DeviationPicture<'a> {
-    let panel = |title, values_um| DeviationSubplot {
+    let subplot = |title, values_um| DeviationSubplot {
         title,
         caption: "mean 80.1 µm, rms 110 µm, 98.7 % within the limits, 95 % below 224 µm",
         low_mm: [0.0, 0.0],
@@ -89,7 +89,7 @@ fn maps<'a>(nominal: &'a [f32], as_cut: &'a [f32], side: usize) -> DeviationPict
     DeviationPicture {
         name: "patch",
         caption: "ball of radius 5 mm, cells of 0.1 mm; as cut: the axes' simulated places",
-        maps: vec![panel("nominal", nominal), panel("as cut", as_cut)],
+        maps: vec![subplot("nominal", nominal), subplot("as cut", as_cut)],
         gouge_limit_um: Some(10.0),
         excess_limit_um: Some(250.0),
     }
@@ -141,6 +141,17 @@ fn assert_says(said: &[String], wanted: &[&str]) {
     }
 }
 
+/// A comparison of step-overs as it is drawn; rows that are not possible are left out.
+fn stepovers(compared: &StepoverComparison) -> StepoverPicture<'static> {
+    let cases = compared.curvature_radii_mm.iter().flat_map(|r| compared.scallops_mm.iter().map(move |h| (*h, *r)));
+    StepoverPicture {
+        caption: "caption",
+        curves: compared.curves(),
+        rows: cases.filter_map(|(h, r)| stepover_row(compared.radius_mm, h, r).ok()).collect(),
+        range_mm: compared.range_mm,
+    }
+}
+
 /// The pictures, for a person to look at: `PICTURES=folder cargo test --test files pictures`.
 #[test]
 fn pictures_of_a_patch() {
@@ -151,7 +162,7 @@ fn pictures_of_a_patch() {
     for format in [Format::Svg, Format::Png] {
         let mut files = maps.write(&target, "patch", format).unwrap();
         files.extend(path().write(&target, "patch", format).unwrap());
-        files.extend(StepoverPicture::default().write(&target, "patch", format).unwrap());
+        files.extend(stepovers(&StepoverComparison::default()).write(&target, "patch", format).unwrap());
         let names = ["deviation", "rings", "path3d", "stepover"];
         let wanted = names.map(|name| target.join(format!("patch-{name}.{}", format.extension())));
         assert_eq!(files, wanted);
@@ -270,7 +281,7 @@ fn paths_say_what_their_lines_are() {
 
 #[test]
 fn validates_the_papers_table_of_step_overs() {
-    let rows = StepoverPicture::default().rows().unwrap();
+    let rows = StepoverComparison::default().rows().unwrap();
     let errors: Vec<String> = rows
         .iter()
         .map(|row| format!("{} {} {:.4}", row.scallop_mm, row.curvature_radius_mm, row.error_percent))
@@ -282,7 +293,7 @@ fn validates_the_papers_table_of_step_overs() {
         assert!((row.fast_mm / row.exact_mm - 1.0).abs() * 100.0 - row.error_percent < 1e-9);
     }
     assert!(stepover_row(5.0, 0.1, -4.0).is_err() && stepover_row(5.0, f64::NAN, 4.0).is_err());
-    let said = texts(&StepoverPicture::default().draw(Format::Svg).unwrap());
+    let said = texts(&stepovers(&StepoverComparison::default()).draw(Format::Svg).unwrap());
     assert_says(
         &said,
         &[
@@ -302,7 +313,7 @@ fn the_same_input_gives_the_same_bytes() {
     let picture = maps(&values, &values, 150);
     for format in [Format::Svg, Format::Png] {
         assert!(picture.draw(format).unwrap() == picture.draw(format).unwrap());
-        let picture = StepoverPicture::default();
+        let picture = stepovers(&StepoverComparison::default());
         assert!(picture.draw(format).unwrap() == picture.draw(format).unwrap());
     }
     assert!(path().draw_3d(Format::Svg).unwrap() == path().draw_3d(Format::Svg).unwrap());
@@ -362,7 +373,8 @@ fn no_input_breaks_a_picture() {
 fn any_comparison_of_step_overs_can_be_drawn() {
     let picture = |radius_mm, scallops: &[f64], radii: &[f64], range_mm| {
         let (scallops_mm, curvature_radii_mm) = (scallops.to_vec(), radii.to_vec());
-        texts(&StepoverPicture { radius_mm, scallops_mm, curvature_radii_mm, range_mm }.draw(Format::Svg).unwrap())
+        let compared = StepoverComparison { radius_mm, scallops_mm, curvature_radii_mm, range_mm };
+        texts(&stepovers(&compared).draw(Format::Svg).unwrap())
     };
     let said = picture(2.0, &[0.05], &[-3.0, -4.0, -20.0, 8.0, f64::INFINITY], [2.5, 50.0]);
     assert_says(&said, &["convex, h = 0.05 mm", "concave, h = 0.05 mm"]);

@@ -2,12 +2,12 @@
 
 use super::super::axis::{Axis, Range, Tick, power_of_ten, round_up_125, significant};
 use super::super::curve::{Frame, Px};
-use super::super::figure::{
-    Anchor, BORDER, CURVE_PX, DESIRED, Figure, GRID, INK, LineStyle, MUTED, RUN_COLOURS, TextFormat, WHITE,
-};
+use super::super::figure::Figure;
 use super::super::font;
+use super::super::marks::{Anchor, TextFormat};
+use super::super::style::{BORDER, CURVE_PX, DESIRED, GRID, INK, LineStyle, MUTED, RUN_COLOURS, WHITE};
 use super::super::subplot::{Entry, Heading, LABEL_EM, Subplot, Symbol, TITLE_EM, gutter, x_axis, y_axis};
-use super::printable;
+use super::words::printable;
 use crate::measure::{CircleTest, Direction, Radial, Spike};
 
 /// The smallest circle of the grid, as a share of the largest.

@@ -2,12 +2,14 @@
 
 use super::super::axis::{Axis, Range, significant};
 use super::super::curve::Frame;
-use super::super::figure::{Anchor, BORDER, Colour, Figure, INK, Image, LineStyle, MUTED, TextFormat, WHITE};
+use super::super::figure::Figure;
 use super::super::font;
-use super::super::machining::{DeviationPicture, DeviationSubplot};
+use super::super::marks::{Anchor, Image, TextFormat};
+use super::super::part_data::{DeviationPicture, DeviationSubplot};
+use super::super::style::{BORDER, Colour, INK, LineStyle, MUTED, WHITE};
 use super::super::subplot::{Entry, Heading, LABEL_EM, Subplot, Symbol, TITLE_EM, gutter, x_axis, y_axis};
 use super::sweep::colour::mixed;
-use super::{capital, printable};
+use super::words::{capital, printable};
 
 /// From nothing to the deepest gouge, and to the highest excess: lightness falls evenly on both sides, and orange and blue are
 /// told apart by colour-blind readers.

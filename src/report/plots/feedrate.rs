@@ -1,11 +1,14 @@
 //! Feed, acceleration and jerk over time, beside another profile.
 
-use super::super::PlotSample;
 use super::super::axis::{Range, significant};
 use super::super::curve::Frame;
-use super::super::figure::{Anchor, CURVE_PX, Figure, MUTED, TextFormat};
+use super::super::data::PlotSample;
+use super::super::figure::Figure;
+use super::super::marks::{Anchor, TextFormat};
+use super::super::style::{CURVE_PX, MUTED};
 use super::super::subplot::{Entry, Subplot, gutter, stack, subplot_height, x_axis, y_axis};
-use super::{LIMIT, Named, change, comparison_line_style, heading, limits, off_scale, samples, time_range};
+use super::named_run::{LIMIT, Named, comparison_line_style, heading, limits, off_scale, samples, time_range};
+use super::words::{change, printable};
 use crate::feedrate::{Motion, MotionSample};
 
 const GAP: f64 = 14.0;
@@ -44,7 +47,7 @@ const QUANTITIES: [Quantity; 3] = [
 /// Time and motion of a profile that runs are compared with.
 type Profile = Vec<(f64, MotionSample)>;
 
-pub(super) fn figure(runs: &[Named<'_>]) -> Figure {
+pub(in super::super) fn figure(runs: &[Named<'_>]) -> Figure {
     let mut figure = Figure::default();
     let samples = samples(runs);
     let time = time_range(runs, &samples);
@@ -148,7 +151,7 @@ fn comparisons<'a, 'b>(runs: &'a [Named<'b>]) -> Vec<(&'a Named<'b>, String, Pro
         let Some((name, motion)) = &run.data.metadata().comparison else { continue };
         if !seen.contains(&motion) {
             seen.push(motion);
-            compared.push((run, super::printable(name), profile(motion)));
+            compared.push((run, printable(name), profile(motion)));
         }
     }
     compared
@@ -217,7 +220,7 @@ fn metrics(run: &Named<'_>) -> String {
     if let Some((name, motion)) = &run.data.metadata().comparison {
         let other = motion.peaks().jerk_mm_s3;
         let change = change(other, peak_jerk(run)).map(|change| format!("{change} against ")).unwrap_or_default();
-        text = format!("{text} ({change}{}: {})", super::printable(name), significant(other, 5));
+        text = format!("{text} ({change}{}: {})", printable(name), significant(other, 5));
     }
     match run.data.metadata().n_c {
         Some(n_c) => format!("{text}, n_c = {}", significant(n_c, 5)),

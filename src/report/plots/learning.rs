@@ -2,10 +2,11 @@
 
 use super::super::axis::{Axis, Range, significant};
 use super::super::curve::{Dash, Frame};
-use super::super::figure::{CURVE_PX, Colour, Figure, INK, LineStyle, MUTED, RUN_COLOURS};
+use super::super::figure::Figure;
 use super::super::font;
+use super::super::style::{CURVE_PX, Colour, INK, LineStyle, MUTED, RUN_COLOURS};
 use super::super::subplot::{Entry, Heading, Subplot, TITLE_EM, gutter, x_axis, y_axis};
-use super::printable;
+use super::words::printable;
 use crate::learning::{LearnRun, Learned};
 
 /// Room between the subplots, with the title of the upper one's axis in it \[px\].

@@ -3,9 +3,10 @@
 use super::super::axis::{Range, significant};
 use super::super::curve::Dash;
 use super::super::data::{AxisLoad, AxisLoads};
-use super::super::figure::{CURVE_PX, Figure, LineStyle, RUN_COLOURS};
+use super::super::figure::Figure;
+use super::super::style::{CURVE_PX, LineStyle, RUN_COLOURS};
 use super::super::subplot::{Entry, Subplot, gutter, stack, subplot_height, x_axis, y_axis};
-use super::{LIMIT, LIMIT_IN_VIEW, Named, heading, off_scale};
+use super::named_run::{LIMIT, LIMIT_IN_VIEW, Named, heading, off_scale};
 use crate::parameters::AXIS_NAMES;
 
 const GAP: f64 = 14.0;
@@ -34,7 +35,7 @@ const QUANTITIES: [Quantity; 3] = [
     Quantity { name: "jerk", unit: "mm/s³", of_load: |load| load.jerk_mm_s3, limits: |loads| loads.limits.jerk_mm_s3 },
 ];
 
-pub(super) fn figure(runs: &[Named<'_>]) -> Figure {
+pub(in super::super) fn figure(runs: &[Named<'_>]) -> Figure {
     let mut figure = Figure::default();
     let loads: Vec<(&Named<'_>, &AxisLoads)> =
         runs.iter().filter_map(|run| Some((run, run.data.metadata().axis_loads.as_ref()?))).collect();

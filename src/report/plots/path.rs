@@ -1,11 +1,12 @@
 //! Desired path, actual path, and the contouring error drawn large.
 
-use super::super::PlotSample;
 use super::super::axis::{Range, power_of_ten, round_up_125, significant};
 use super::super::curve::{Dash, Frame, Px, length, thinned};
-use super::super::figure::{CURVE_PX, DESIRED, Figure, INK, LineStyle, MUTED, TINT, VERMILLION};
+use super::super::data::PlotSample;
+use super::super::figure::Figure;
+use super::super::style::{CURVE_PX, DESIRED, INK, LineStyle, MUTED, TINT, VERMILLION};
 use super::super::subplot::{Entry, Subplot, Symbol, gutter, x_axis, y_axis};
-use super::{Named, heading, samples};
+use super::named_run::{Named, heading, samples};
 
 /// The largest error is drawn about this large beside the path.
 const ERROR_SHARE: f64 = 0.04;
@@ -13,9 +14,9 @@ const ERROR_SHARE: f64 = 0.04;
 const MOST_NODES: usize = 200;
 /// Arrows that show the direction of travel, as shares of the path's length.
 const ARROWS: [f64; 4] = [0.06, 0.31, 0.56, 0.81];
-const DESIRED_PEN: LineStyle = LineStyle { colour: DESIRED, width_px: 4.0, dash: None };
+const DESIRED_STYLE: LineStyle = LineStyle { colour: DESIRED, width_px: 4.0, dash: None };
 
-pub(super) fn figure(runs: &[Named<'_>]) -> Figure {
+pub(in super::super) fn figure(runs: &[Named<'_>]) -> Figure {
     let mut figure = Figure::default();
     let samples = samples(runs);
     let desired = desired_paths(runs);
@@ -49,7 +50,7 @@ pub(super) fn figure(runs: &[Named<'_>]) -> Figure {
         figure.area(band, TINT);
     }
     for path in &desired {
-        subplot.curve(&mut figure, path.iter().copied(), DESIRED_PEN);
+        subplot.curve(&mut figure, path.iter().copied(), DESIRED_STYLE);
     }
     for (run, samples) in runs.iter().zip(&samples) {
         let actual = samples.iter().map(|s| (s.actual_mm[0], s.actual_mm[1]));
@@ -92,7 +93,7 @@ fn legend(
         }
     }
     if !desired.is_empty() {
-        head.legend.push(Entry::line(DESIRED_PEN, "desired path"));
+        head.legend.push(Entry::line(DESIRED_STYLE, "desired path"));
     }
     let legend_dash = (runs.len() > 1).then_some(Dash::new(6.0, 6.0));
     // Of three and more runs each has one entry.

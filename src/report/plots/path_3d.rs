@@ -2,14 +2,17 @@
 
 use super::super::axis::{Axis, Range, power_of_ten, round_up_125, significant};
 use super::super::curve::{Frame, Px, length};
-use super::super::figure::{Anchor, BORDER, Figure, GRID, LineStyle, TextFormat};
+use super::super::figure::Figure;
 use super::super::font;
-use super::super::machining::{MoveKind, PathPicture};
+use super::super::marks::{Anchor, TextFormat};
+use super::super::part_data::{MoveKind, PathPicture};
+use super::super::style::{BORDER, GRID, LineStyle};
 use super::super::subplot::{Entry, Heading};
+use super::named_run::{Named, heading as run_heading, samples};
 use super::rings::{AIR, LINK_TEXT, ends, heading, mark_ends, places};
 use super::sweep::colour::{ROOM_PX, Scale};
 use super::time::LEAST_ERROR_UM;
-use super::{Named, capital, heading as run_heading, samples};
+use super::words::capital;
 
 /// Turn of the part about Z and slant of the view: sines and cosines of 35 and 32 degrees.
 const TURN: (f64, f64) = (0.573_576_436_351_046, 0.819_152_044_288_991_8);
@@ -120,7 +123,7 @@ pub(in super::super) fn figure(picture: &PathPicture) -> Figure {
 }
 
 /// The actual paths of runs: of one run coloured by its contouring error, of several each in the run's colour.
-pub(super) fn of_runs(runs: &[Named<'_>]) -> Figure {
+pub(in super::super) fn of_runs(runs: &[Named<'_>]) -> Figure {
     let mut figure = Figure::default();
     let samples = samples(runs);
     let cutting = || samples.iter().flatten().filter(|sample| !sample.rapid);

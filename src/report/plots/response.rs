@@ -2,10 +2,11 @@
 
 use super::super::axis::{Axis, Range, significant};
 use super::super::curve::Dash;
-use super::super::figure::{Colour, Figure, LineStyle, MUTED, RUN_COLOURS};
+use super::super::figure::Figure;
 use super::super::font;
+use super::super::style::{Colour, LineStyle, MUTED, RUN_COLOURS};
 use super::super::subplot::{Entry, Heading, Subplot, Symbol, TITLE_EM, gutter, stack, subplot_height, y_axis};
-use super::printable;
+use super::words::printable;
 use crate::measure::{AxisResponse, Response, ResponsePoint};
 
 const GAP: f64 = 18.0;

@@ -2,13 +2,14 @@
 
 use super::super::axis::Range;
 use super::super::curve::{Dash, Frame, Px};
-use super::super::figure::{Figure, INK, LineStyle, MUTED, VERMILLION};
+use super::super::figure::Figure;
 use super::super::font;
-use super::super::machining::{MoveKind, PathMove, PathPicture};
+use super::super::part_data::{MoveKind, PathMove, PathPicture};
+use super::super::style::{INK, LineStyle, MUTED, VERMILLION};
 use super::super::subplot::{Entry, Heading, Symbol, TITLE_EM};
 use super::path::{arrows, equal_scale};
 use super::sweep::colour::{ROOM_PX, Scale};
-use super::{capital, printable};
+use super::words::{capital, printable};
 
 pub(super) const AIR: LineStyle = LineStyle { colour: VERMILLION, width_px: 1.0, dash: Some(Dash::new(5.0, 4.0)) };
 const LINK: LineStyle = LineStyle { colour: INK, width_px: 1.6, dash: None };

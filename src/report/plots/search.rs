@@ -2,9 +2,10 @@
 
 use super::super::axis::{Axis, Range, significant};
 use super::super::curve::Frame;
-use super::super::figure::{CURVE_PX, Figure};
+use super::super::figure::Figure;
+use super::super::style::CURVE_PX;
 use super::super::subplot::{Entry, Subplot, gutter, stack, subplot_height, x_axis, y_axis};
-use super::{Named, heading};
+use super::named_run::{Named, heading};
 use crate::optimize::Step;
 
 const GAP: f64 = 20.0;
@@ -36,7 +37,7 @@ const QUANTITIES: [[Quantity; 2]; 2] = [
     ],
 ];
 
-pub(super) fn figure(runs: &[Named<'_>]) -> Figure {
+pub(in super::super) fn figure(runs: &[Named<'_>]) -> Figure {
     let mut figure = Figure::default();
     let searches: Vec<(&Named<'_>, &[Step])> = runs
         .iter()

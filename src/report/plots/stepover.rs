@@ -2,12 +2,13 @@
 
 use super::super::axis::{Axis, Range, significant};
 use super::super::curve::{Dash, Frame};
-use super::super::figure::{Figure, LineStyle, RUN_COLOURS};
-use super::super::machining::{StepoverPicture, StepoverRow, stepover_row};
+use super::super::figure::Figure;
+use super::super::part_data::StepoverPicture;
+use super::super::style::{LineStyle, RUN_COLOURS};
 use super::super::subplot::{Entry, Heading, Subplot, gutter};
+use super::words::printable;
+use crate::toolpath::{StepoverCurve, StepoverRow};
 
-/// Points of a curve.
-const SAMPLES: u32 = 400;
 /// Decades of the error shown at most: where the forms cross it is nothing at all.
 const MOST_DECADES: f64 = 1e5;
 /// Neighbouring concave radii up to this many times each other are told of together.
@@ -18,47 +19,24 @@ fn line_style(scallop: usize, convex: bool) -> LineStyle {
     LineStyle { dash: (!convex).then_some(Dash::new(8.0, 4.0)), ..LineStyle::solid(colour, 2.0) }
 }
 
-/// Radii that can be drawn: the range asked for, else the paper's.
-fn radii(picture: &StepoverPicture) -> Range {
-    let [low, high] = picture.range_mm;
-    let sound = low >= 1e-6 && high <= 1e9 && high >= 1.001 * low;
-    let [low, high] = if sound { [low, high] } else { StepoverPicture::default().range_mm };
-    Range { low, high }
-}
-
-pub(in super::super) fn figure(picture: &StepoverPicture) -> Figure {
+pub(in super::super) fn figure(picture: &StepoverPicture<'_>) -> Figure {
     let mut figure = Figure::default();
-    let (radii, cutter) = (radii(picture), picture.radius_mm);
-    let mut curves = Vec::new();
-    for (i, scallop) in picture.scallops_mm.iter().enumerate() {
-        for convex in [true, false] {
-            let sign = if convex { 1.0 } else { -1.0 };
-            let points: Vec<(f64, f64)> = (0..=SAMPLES)
-                .map(|i| radii.low * libm::pow(radii.high / radii.low, f64::from(i) / f64::from(SAMPLES)))
-                // In a hollow hardly wider than the cutter the error runs away.
-                .filter(|radius| convex || *radius >= 1.05 * cutter)
-                .filter_map(|radius| stepover_row(cutter, *scallop, sign * radius).ok())
-                .map(|row| (row.curvature_radius_mm.abs(), row.error_percent))
-                .collect();
-            curves.push((i, convex, points));
-        }
-    }
-    let legend = curves.iter().filter(|(_, _, points)| !points.is_empty()).map(|(i, convex, _)| {
-        let bent = if *convex { "convex" } else { "concave" };
-        let scallop = picture.scallops_mm.get(*i).copied().unwrap_or_default();
-        Entry::line(line_style(*i, *convex), format!("{bent}, h = {} mm", significant(scallop, 3)))
+    let [low, high] = picture.range_mm;
+    let is_range = low >= 1e-6 && high <= 1e9 && high >= 1.001 * low;
+    let radii = if is_range { Range { low, high } } else { Range { low: 1.0, high: 100.0 } };
+    let scallops = distinct(picture.curves.iter().map(|curve| curve.scallop_mm));
+    let style = |curve: &StepoverCurve| line_style(place(&scallops, curve.scallop_mm), curve.convex);
+    let legend = picture.curves.iter().filter(|curve| !curve.points.is_empty()).map(|curve| {
+        let bent = if curve.convex { "convex" } else { "concave" };
+        Entry::line(style(curve), format!("{bent}, h = {} mm", significant(curve.scallop_mm, 3)))
     });
     let mut head = Heading {
         title: "Step-over: error of the fast form".to_owned(),
-        subtitle: format!(
-            "(v − w)/w of the fast form v = √(8 h r R/(R + r)), w exact, without sign; cutter radius r = {} mm; the points are {}",
-            significant(cutter, 3),
-            if *picture == StepoverPicture::default() { "the paper's table" } else { "those of the table" }
-        ),
+        subtitle: printable(picture.caption),
         legend: legend.collect(),
         ..Heading::default()
     };
-    let mut errors = Range::of(curves.iter().flat_map(|(_, _, points)| points).map(|(_, error)| *error));
+    let mut errors = Range::of(picture.curves.iter().flat_map(|curve| &curve.points).map(|[_, error]| *error));
     if errors.is_empty() {
         head.warnings.push("Nothing to show: no curvature radius of this range has a step-over".to_owned());
         errors = Range { low: 0.1, high: 1.0 };
@@ -71,17 +49,13 @@ pub(in super::super) fn figure(picture: &StepoverPicture) -> Figure {
     let frame = Frame { left: space.left + gutter, right: space.right - 8.0, ..space };
     let mut subplot = Subplot::new(frame, Axis::decades(radii), y);
     subplot.grid(&mut figure);
-    for (i, convex, points) in curves {
-        subplot.curve(&mut figure, points, line_style(i, convex));
+    for curve in &picture.curves {
+        subplot.curve(&mut figure, curve.points.iter().map(|[radius, error]| (*radius, *error)), style(curve));
     }
-    let marked: Vec<Vec<StepoverRow>> = picture
-        .scallops_mm
-        .iter()
-        .map(|scallop| {
-            let rows = picture.curvature_radii_mm.iter().filter_map(|r| stepover_row(cutter, *scallop, *r).ok());
-            rows.filter(|row| subplot.holds(subplot.at(row.curvature_radius_mm.abs(), row.error_percent))).collect()
-        })
-        .collect();
+    let is_shown = |row: &StepoverRow| subplot.holds(subplot.at(row.curvature_radius_mm.abs(), row.error_percent));
+    let of = |scallop: f64| picture.rows.iter().filter(move |row| row.scallop_mm == scallop).copied();
+    let marked: Vec<Vec<StepoverRow>> =
+        scallops.iter().map(|scallop| of(*scallop).filter(is_shown).collect()).collect();
     for (i, row) in marked.iter().enumerate().flat_map(|(i, rows)| rows.iter().map(move |row| (i, row))) {
         let at = subplot.at(row.curvature_radius_mm.abs(), row.error_percent);
         figure.ring(at, 4.5, 1.8, line_style(i, true).colour);
@@ -99,6 +73,21 @@ pub(in super::super) fn figure(picture: &StepoverPicture) -> Figure {
     subplot.x_title(&mut figure, "curvature radius |R|", "mm");
     subplot.y_title(&mut figure, gutter, "error of the fast step-over", "%");
     figure
+}
+
+/// The different scallop heights, in their order.
+fn distinct(values: impl Iterator<Item = f64>) -> Vec<f64> {
+    let mut distinct = Vec::new();
+    for value in values {
+        if !distinct.contains(&value) {
+            distinct.push(value);
+        }
+    }
+    distinct
+}
+
+fn place(values: &[f64], value: f64) -> usize {
+    values.iter().position(|other| *other == value).unwrap_or(0)
 }
 
 /// What is said of the points of one scallop height: of neighbouring concave ones it is said once.

@@ -2,10 +2,11 @@
 
 use super::super::axis::{Axis, Range, significant};
 use super::super::curve::Frame;
-use super::super::figure::{CURVE_PX, Colour, DESIRED, Figure, LineStyle, RUN_COLOURS};
+use super::super::figure::Figure;
 use super::super::font;
+use super::super::style::{CURVE_PX, Colour, DESIRED, LineStyle, RUN_COLOURS};
 use super::super::subplot::{Heading, Subplot, TITLE_EM, gutter, stack, subplot_height, x_axis, y_axis};
-use super::printable;
+use super::words::printable;
 use crate::measure::{AxisSteps, Sampled, Steps};
 
 const GAP: f64 = 18.0;

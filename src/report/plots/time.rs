@@ -1,10 +1,12 @@
 //! Contouring error and voltages over time.
 
-use super::super::PlotSample;
 use super::super::axis::{Range, significant};
-use super::super::figure::{CURVE_PX, Figure, INK};
+use super::super::data::PlotSample;
+use super::super::figure::Figure;
+use super::super::style::{CURVE_PX, INK};
 use super::super::subplot::{Entry, Subplot, gutter, stack, subplot_height, x_axis, y_axis};
-use super::{LIMIT, LIMIT_IN_VIEW, Named, capital, heading, limits, off_scale, samples, time_range};
+use super::named_run::{LIMIT, LIMIT_IN_VIEW, Named, heading, limits, off_scale, samples, time_range};
+use super::words::capital;
 use crate::parameters::{AXIS_NAMES, axis_name};
 
 /// The contouring error is exact to a nanometre: a narrower range shows rounding \[µm\].
@@ -13,7 +15,7 @@ pub(super) const LEAST_ERROR_UM: f64 = 2e-3;
 const LABELLED_RUNS: usize = 3;
 const GAP: f64 = 18.0;
 
-pub(super) fn contour(runs: &[Named<'_>]) -> Figure {
+pub(in super::super) fn contour(runs: &[Named<'_>]) -> Figure {
     let mut figure = Figure::default();
     let samples = samples(runs);
     let error = |sample: &PlotSample| sample.contour_error_um;
@@ -94,7 +96,7 @@ fn contour_metrics(run: &Named<'_>) -> String {
     )
 }
 
-pub(super) fn voltage(runs: &[Named<'_>]) -> Figure {
+pub(in super::super) fn voltage(runs: &[Named<'_>]) -> Figure {
     let mut figure = Figure::default();
     let samples = samples(runs);
     let mut head = heading(runs, "motor voltage");

@@ -1,12 +1,13 @@
 //! How a tuning converged: the best so far of every start, over evaluations.
 
-use super::super::Convergence;
 use super::super::axis::{Axis, Range, significant};
+use super::super::convergence::Convergence;
 use super::super::curve::Frame;
-use super::super::figure::{CURVE_PX, Colour, Figure, INK, LineStyle, RUN_COLOURS};
+use super::super::figure::Figure;
 use super::super::font;
+use super::super::style::{CURVE_PX, Colour, INK, LineStyle, RUN_COLOURS};
 use super::super::subplot::{Entry, Heading, Subplot, TITLE_EM, gutter, x_axis};
-use super::printable;
+use super::words::printable;
 use crate::optimize::Step;
 
 const GAP: f64 = 20.0;

@@ -2,8 +2,10 @@
 
 use super::super::super::axis::{Axis, Range};
 use super::super::super::curve::Frame;
-use super::super::super::figure::{Anchor, BORDER, Colour, Figure, LineStyle, TextFormat};
+use super::super::super::figure::Figure;
 use super::super::super::font;
+use super::super::super::marks::{Anchor, TextFormat};
+use super::super::super::style::{BORDER, Colour, LineStyle};
 
 /// Viridis (S. van der Walt and N. Smith 2015, matplotlib, CC0) at nine even steps: lightness rises evenly, also for
 /// colour-blind readers.

@@ -1,16 +1,17 @@
 //! The metric over one variable.
 
 use super::super::super::axis::{Axis, Range, significant};
-use super::super::super::figure::{CURVE_PX, Figure, LineStyle, MUTED, RUN_COLOURS};
+use super::super::super::curve::Dash;
+use super::super::super::figure::Figure;
+use super::super::super::style::{CURVE_PX, LineStyle, MUTED, RUN_COLOURS};
 use super::super::super::subplot::{Entry, Subplot, gutter, stack, y_axis};
-use super::{BEST, LOCKED, MISSING, across, heading, marker, missing_entries, ring_entry, with_unit};
-use crate::report::curve::Dash;
+use super::shared::{BEST, LOCKED, MISSING, across, heading, marker, missing_entries, ring_entry, with_unit};
 use crate::sweep::{SweepCell, SweepPicture, SweepPlot};
 
 /// From this ratio of largest to smallest on the metric is drawn on a logarithmic axis.
 const WIDE: f64 = 50.0;
 
-pub(super) fn figure(picture: &SweepPicture) -> Figure {
+pub(in super::super::super) fn figure(picture: &SweepPicture) -> Figure {
     let mut figure = Figure::default();
     let SweepPlot::Curve { axis, points, own, best } = &picture.plot else { return figure };
     let line_style = LineStyle::solid(RUN_COLOURS[0], CURVE_PX);

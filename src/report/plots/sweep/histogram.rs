@@ -2,9 +2,10 @@
 
 use super::super::super::axis::{Axis, Range};
 use super::super::super::curve::{Dash, Frame};
-use super::super::super::figure::{Figure, INK, LineStyle, RUN_COLOURS, WHITE};
+use super::super::super::figure::Figure;
+use super::super::super::style::{INK, LineStyle, RUN_COLOURS, WHITE};
 use super::super::super::subplot::{Entry, Subplot, gutter, stack, x_axis, y_axis};
-use super::{heading, with_unit};
+use super::shared::{heading, with_unit};
 use crate::sweep::{SweepPicture, SweepPlot};
 
 /// From this ratio of the 99th percentile to the smallest value on the axis is logarithmic.
@@ -13,7 +14,7 @@ const WIDE: f64 = 50.0;
 const BEYOND: f64 = 3.0;
 
 #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss)] // bins are few
-pub(super) fn figure(picture: &SweepPicture) -> Figure {
+pub(in super::super::super) fn figure(picture: &SweepPicture) -> Figure {
     let mut figure = Figure::default();
     let SweepPlot::Histogram { values, percentiles } = &picture.plot else { return figure };
     let mut head = heading(picture);

@@ -2,10 +2,11 @@
 
 use super::super::super::axis::{Axis, Range, significant};
 use super::super::super::curve::Frame;
-use super::super::super::figure::{Figure, INK, WHITE};
+use super::super::super::figure::Figure;
+use super::super::super::style::{INK, WHITE};
 use super::super::super::subplot::{Subplot, gutter, y_axis};
 use super::colour::{ROOM_PX, Scale};
-use super::{BEST, LOCKED, MISSING, OWN, across, heading, marker, missing_entries, ring_entry, with_unit};
+use super::shared::{BEST, LOCKED, MISSING, OWN, across, heading, marker, missing_entries, ring_entry, with_unit};
 use crate::sweep::{SweepAxis, SweepCell, SweepPicture, SweepPlot};
 
 /// A map or scattered dots, taken apart.
@@ -35,7 +36,7 @@ fn parts(plot: &SweepPlot) -> Option<Parts<'_>> {
     }
 }
 
-pub(super) fn figure(picture: &SweepPicture) -> Figure {
+pub(in super::super::super) fn figure(picture: &SweepPicture) -> Figure {
     let mut figure = Figure::default();
     let Some(Parts { axes, ranges, own, best, cells }) = parts(&picture.plot) else { return figure };
     let mut head = heading(picture);
