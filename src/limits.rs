@@ -1,6 +1,6 @@
 //! What a run is held to, and what happens on the way that a person should hear of.
 
-use crate::parameters::axis_name;
+use crate::parameters::{Entry, Parameter, Parameters, Range, axis_name};
 use std::fmt;
 
 use serde::{Deserialize, Deserializer, Serialize, Serializer};
@@ -23,6 +23,95 @@ pub struct Limits {
     pub jerk_mm_s3: Option<f64>,
     /// The limits of X and Y that the feed is planned under: the commands are held to them to 0.1 %.
     pub axes: Option<AxisLimits<2>>,
+}
+
+/// What to do about a limit out of its range.
+const UNCHECKED: &str = "remove the line if this is not to be checked";
+
+impl Parameters for Limits {
+    const ABOUT: &'static str = "Limits of the run; a missing one is not checked";
+    const ENTRIES: &'static [Entry<Self>] = &[
+        Entry {
+            parameter: Parameter::new(
+                "limits.contour_error_um",
+                "µm",
+                Range::ABOVE_ZERO,
+                "Largest contouring error, either side of the path",
+            )
+            .otherwise("not checked")
+            .logarithmic(1.0, 1000.0)
+            .hint(UNCHECKED),
+            get: |limits| limits.contour_error_um,
+            set: |limits, value| {
+                limits.contour_error_um = Some(value);
+                true
+            },
+        },
+        Entry {
+            parameter: Parameter::new(
+                "limits.tracking_error_um",
+                "µm",
+                Range::ABOVE_ZERO,
+                "Largest distance to the setpoint",
+            )
+            .otherwise("not checked")
+            .logarithmic(1.0, 10000.0)
+            .hint(UNCHECKED),
+            get: |limits| limits.tracking_error_um,
+            set: |limits, value| {
+                limits.tracking_error_um = Some(value);
+                true
+            },
+        },
+        Entry {
+            parameter: Parameter::new(
+                "limits.voltage_v",
+                "V",
+                Range::ABOVE_ZERO,
+                "Largest voltage of any axis, either sign",
+            )
+            .otherwise("not checked")
+            .logarithmic(0.5, 50.0)
+            .hint(UNCHECKED),
+            get: |limits| limits.voltage_v,
+            set: |limits, value| {
+                limits.voltage_v = Some(value);
+                true
+            },
+        },
+        Entry {
+            parameter: Parameter::new(
+                "limits.accel_mm_s2",
+                "mm/s²",
+                Range::ABOVE_ZERO,
+                "Largest acceleration along the path; of each axis if the feed is axis-limited",
+            )
+            .otherwise("not checked")
+            .logarithmic(100.0, 1e5)
+            .hint(UNCHECKED),
+            get: |limits| limits.accel_mm_s2,
+            set: |limits, value| {
+                limits.accel_mm_s2 = Some(value);
+                true
+            },
+        },
+        Entry {
+            parameter: Parameter::new(
+                "limits.jerk_mm_s3",
+                "mm/s³",
+                Range::ABOVE_ZERO,
+                "Largest jerk along the path; of each axis if the feed is axis-limited",
+            )
+            .otherwise("not checked")
+            .logarithmic(1e3, 1e7)
+            .hint(UNCHECKED),
+            get: |limits| limits.jerk_mm_s3,
+            set: |limits, value| {
+                limits.jerk_mm_s3 = Some(value);
+                true
+            },
+        },
+    ];
 }
 
 /// Share of a limit that a value may be above it: rounding breaks no limit. A feed of 100 mm/s reached in 0.05 s is an

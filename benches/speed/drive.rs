@@ -3,7 +3,7 @@
 use servosim::lane::{Kernel, narrow};
 use servosim::scenario::Document;
 use servosim::servo::compensation::{
-    AccelerationFeedforward, BacklashCompensation, Compensation, Filter, FrictionFeedforward,
+    AccelerationFeedforward, BacklashCompensation, Compensation, Filter, FrictionFeedforward, LowPass, Notch,
 };
 use servosim::servo::effects::{
     Backlash, Coulomb, CurrentLoop, CuttingForce, Dac, Delay, Effects, Encoder, EncoderPlace, Friction, Harmonic,
@@ -166,8 +166,8 @@ fn rows() -> Vec<(&'static str, Effects, Compensation)> {
     let lugre = Friction::LuGre(LuGre { curve, stiffness_nm_rad: 30.0, damping_nm_s_rad: 0.2 });
     let compensation = Compensation {
         filters: vec![
-            Filter::Notch { frequency_hz: 150.0, depth: 0.1, damping: 0.5 },
-            Filter::LowPass { frequency_hz: 450.0, damping: 0.7 },
+            Filter::Notch(Notch { frequency_hz: 150.0, depth: 0.1, damping: 0.5 }),
+            Filter::LowPass(LowPass { frequency_hz: 450.0, damping: 0.7 }),
         ],
         acceleration: Some(AccelerationFeedforward { share: 0.5 }),
         friction: Some(FrictionFeedforward { coulomb_nm: 0.1, smoothing_mm_s: 1.0 }),

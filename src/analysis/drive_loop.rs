@@ -238,7 +238,7 @@ mod tests {
     use rand_xoshiro::Xoshiro256PlusPlus;
 
     use super::*;
-    use crate::servo::compensation::{AccelerationFeedforward, Filter};
+    use crate::servo::compensation::{AccelerationFeedforward, Filter, LowPass, Notch};
     use crate::servo::controller::{CascadeGains, PPiGains};
     use crate::servo::effects::{
         Coulomb, CurrentLoop, Delay, Encoder, EncoderPlace, Friction, Mismatch, TwoMass, VelocityEstimate,
@@ -295,10 +295,10 @@ mod tests {
         let place = if rng.random_bool(0.5) { EncoderPlace::Motor } else { EncoderPlace::Table };
         effects.encoder = Some(Encoder { place, resolution_um: 0.0, velocity });
         if rng.random_bool(0.4) {
-            compensation.filters.push(Filter::Notch { frequency_hz: 120.0, depth: 0.1, damping: 0.3 });
+            compensation.filters.push(Filter::Notch(Notch { frequency_hz: 120.0, depth: 0.1, damping: 0.3 }));
         }
         if rng.random_bool(0.4) {
-            compensation.filters.push(Filter::LowPass { frequency_hz: 350.0, damping: 0.7 });
+            compensation.filters.push(Filter::LowPass(LowPass { frequency_hz: 350.0, damping: 0.7 }));
         }
         if rng.random_bool(0.3) {
             compensation.acceleration = Some(AccelerationFeedforward { share: 0.9 });

@@ -7,7 +7,7 @@ use nalgebra::{Complex, DMatrix, DVector};
 
 use super::eigen;
 use super::response::Feedforward;
-use crate::servo::compensation::{AccelerationFeedforward, Biquad, ClosedLoop, Filter, ZeroPhase};
+use crate::servo::compensation::{AccelerationFeedforward, Biquad, ClosedLoop, Filter, LowPass, Notch, ZeroPhase};
 use crate::servo::effects::{EncoderPlace, VelocityEstimate};
 use crate::servo::{AxisParameters, ControllerGains, Derivative, DriveModel, LinearMachine, LoopSettings};
 
@@ -167,8 +167,8 @@ impl LinearDrive {
             .collect();
         for filter in &drive.compensation.filters {
             let (frequency_hz, damping, depth) = match *filter {
-                Filter::Notch { frequency_hz, damping, depth } => (frequency_hz, damping, depth),
-                Filter::LowPass { frequency_hz, damping } => (frequency_hz, damping, 1.0),
+                Filter::Notch(Notch { frequency_hz, damping, depth }) => (frequency_hz, damping, depth),
+                Filter::LowPass(LowPass { frequency_hz, damping }) => (frequency_hz, damping, 1.0),
             };
             let omega = TAU * frequency_hz;
             features.extend([[damping * omega, omega], [depth * damping * omega, omega]]);

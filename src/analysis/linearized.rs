@@ -3,7 +3,7 @@
 use serde::Serialize;
 
 use crate::servo::DriveModel;
-use crate::servo::compensation::{Compensation, Filter};
+use crate::servo::compensation::{Compensation, Filter, LowPass, Notch};
 use crate::servo::effects::{EffectKind, Effects, EncoderPlace, VelocityEstimate};
 
 /// What a linear analysis of a detailed drive includes, and what it neglects, in words.
@@ -83,8 +83,8 @@ impl Linearized {
     fn compensation(&mut self, compensation: &Compensation) {
         for filter in &compensation.filters {
             match filter {
-                Filter::Notch { frequency_hz, .. } => self.taken(&format!("notch at {frequency_hz} Hz")),
-                Filter::LowPass { frequency_hz, .. } => self.taken(&format!("low pass at {frequency_hz} Hz")),
+                Filter::Notch(Notch { frequency_hz, .. }) => self.taken(&format!("notch at {frequency_hz} Hz")),
+                Filter::LowPass(LowPass { frequency_hz, .. }) => self.taken(&format!("low pass at {frequency_hz} Hz")),
             }
         }
         if compensation.acceleration.is_some() {

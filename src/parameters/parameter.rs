@@ -139,12 +139,22 @@ impl Parameter {
 
     /// What the schema says about it: help, unit, default.
     pub fn description(&self) -> String {
-        let Self { help, unit, .. } = self;
-        let unit = if unit.is_empty() { String::new() } else { format!(", in {unit}") };
+        // The unit stands behind what the parameter is, before what else is to be said about it.
+        let at = self.help.find([';', ':', '(']).map_or(self.help.len(), |at| self.help[..at].trim_end().len());
+        let (what, rest) = self.help.split_at(at);
+        let unit = if self.unit.is_empty() { String::new() } else { format!(", in {}", self.unit) };
+        match self.default_text() {
+            Some(default) => format!("{what}{unit}{rest}. Default: {default}."),
+            None => format!("{what}{unit}{rest}."),
+        }
+    }
+
+    /// The default in words; none where the parameter has to be given.
+    pub fn default_text(&self) -> Option<String> {
         match self.presence {
-            Presence::Required => format!("{help}{unit}."),
-            Presence::Default(value) => format!("{help}{unit}. Default: {}.", super::range::written(value)),
-            Presence::Otherwise(what) => format!("{help}{unit}. Default: {what}."),
+            Presence::Required => None,
+            Presence::Default(value) => Some(super::range::written(value)),
+            Presence::Otherwise(what) => Some(what.to_owned()),
         }
     }
 

@@ -46,6 +46,9 @@ impl Range {
     /// Every positive finite number.
     pub const ABOVE_ZERO: Self = Self { low: Bound::Open(0.0), high: Bound::Open(f64::INFINITY), whole: false };
 
+    /// Zero and every positive finite number.
+    pub const FROM_ZERO: Self = Self { low: Bound::Closed(0.0), high: Bound::Open(f64::INFINITY), whole: false };
+
     /// Every finite number.
     pub const FINITE: Self =
         Self { low: Bound::Open(f64::NEG_INFINITY), high: Bound::Open(f64::INFINITY), whole: false };
@@ -121,7 +124,7 @@ impl fmt::Display for Range {
 /// A number with its own digits, with an exponent where that is shorter by far: 0.001, 1000, 1e9.
 pub(super) fn written(value: f64) -> String {
     let (plain, exponent) = (value.to_string(), format!("{value:e}"));
-    if exponent.len() + 3 < plain.len() { exponent } else { plain }
+    if exponent.len() + 2 < plain.len() { exponent } else { plain }
 }
 
 #[cfg(test)]

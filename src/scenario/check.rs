@@ -1,23 +1,21 @@
 //! From the file as written to checked values. Every value is checked, so that all problems are reported at once.
 
-use crate::parameters::OutOfRange;
 use std::ops::Range;
 
 use toml::Spanned;
 
 use super::check_feed::{axis_limited, overridden};
 use super::diagnostics::Diagnostic;
-use super::file::{
-    RawAxis, RawControl, RawDerivative, RawDrive, RawExponent, RawFeedrate, RawLimits, RawPdff, RawPlant, RawProfile,
-    RawScenario,
-};
+use super::file::{RawAxis, RawControl, RawDerivative, RawExponent, RawFeedrate, RawPlant, RawProfile, RawScenario};
+use super::number_table::{NumberTable, out_of_range};
 use super::part::Folder;
 use super::{FeedProfile, Scenario, check_drive, check_learned, check_path};
 use crate::feedrate::{FeedrateError, Motion, Profile, optimize_n_c};
 use crate::limits::Limits;
 use crate::optimize::Outcome;
+use crate::parameters::{OutOfRange, Parameters};
 use crate::path::Path;
-use crate::servo::{AxisParameters, Derivative, Drive, LoopSettings, Pdff, Plant};
+use crate::servo::{AxisParameters, Derivative, Drive, LoopSettings, Mechanics, Pdff, Plant};
 use crate::simulation::SimulationError;
 
 /// Characters that a name may not hold: it becomes the name of files.
@@ -50,7 +48,7 @@ pub(super) fn scenario(
     let axes = [("x", &raw.axes.x), ("y", &raw.axes.y)].map(|(name, raw)| axis(name, raw, &mut problems));
     let drives = [("x", &raw.axes.x), ("y", &raw.axes.y)];
     let drives = std::array::from_fn(|i| {
-        check_drive::drive((drives[i].0, i as u64), drives[i].1, &axes[i], &settings, &mut problems)
+        check_drive::drive((drives[i].0, i as u64), drives[i].1.get_ref(), &axes[i], &settings, &mut problems)
     });
     let coupling = raw.control.cross_coupling.as_ref();
     let cross_coupling = coupling.and_then(|raw| check_drive::cross_coupling(raw, &mut problems));
@@ -249,25 +247,17 @@ fn feedrate(raw: &RawFeedrate, length_mm: f64, path: Option<&dyn Path<2>>, probl
     None
 }
 
-/// A value out of its range, called as it is in its table.
-pub(super) fn out_of_range(within: &str, error: &OutOfRange, span: Range<usize>) -> Diagnostic {
-    let problem = Diagnostic::new(format!("{within}{}", error.message(error.name()))).at(span);
-    if error.help.is_empty() { problem } else { problem.help(error.help) }
-}
-
 pub(super) fn control(raw: &RawControl, problems: &mut Problems) -> LoopSettings {
     let mut settings = LoopSettings::default();
-    let mut set = |raw: &Option<Spanned<f64>>, pick: fn(&mut LoopSettings) -> &mut f64| {
-        let Some(raw) = raw else { return };
-        *pick(&mut settings) = *raw.get_ref();
-        let mut alone = LoopSettings::default();
-        *pick(&mut alone) = *raw.get_ref();
-        if let Err(error) = alone.check() {
-            problems.push(out_of_range("", &error, raw.span()));
+    for (name, raw) in [("period_s", &raw.period_s), ("settling_s", &raw.settling_s)] {
+        let entry = LoopSettings::ENTRIES.iter().find(|entry| entry.parameter.name() == name);
+        if let (Some(entry), Some(raw)) = (entry, raw) {
+            (entry.set)(&mut settings, *raw.get_ref());
+            if let Err(error) = entry.parameter.check(*raw.get_ref()) {
+                problems.push(out_of_range("", &error, raw.span(), ""));
+            }
         }
-    };
-    set(&raw.period_s, |s| &mut s.period_s);
-    set(&raw.settling_s, |s| &mut s.settling_s);
+    }
     match raw.derivative {
         Some(RawDerivative::Backward) => settings.derivative = Derivative::Backward,
         Some(RawDerivative::Exact) => settings.derivative = Derivative::Exact,
@@ -289,67 +279,34 @@ pub(super) fn control(raw: &RawControl, problems: &mut Problems) -> LoopSettings
     settings
 }
 
-/// An axis whose every parameter is in range: what one value is tried in.
+/// An axis whose every parameter is in range, where none is known.
 const SOUND: AxisParameters = AxisParameters {
     plant: Plant { gain_rad_s_v: 1.0, time_constant_s: 1.0 },
     drive: Drive { transmission_mm_rad: 1.0, torque_to_voltage_v_nm: 1.0, voltage_limit_v: 1.0 },
     pdff: Pdff { kpp_rad_s_mm: 1.0, kpv_nm_s_rad: 1.0, kiv_1_s: 1.0, kpf_rad_mm: 1.0, kvf: 1.0 },
 };
 
-pub(super) fn axis(name: &str, raw: &RawAxis, problems: &mut Problems) -> AxisParameters {
+pub(super) fn axis(name: &str, raw: &Spanned<RawAxis>, problems: &mut Problems) -> AxisParameters {
+    let (place, raw) = (raw.span(), raw.get_ref());
     let mut axis = AxisParameters { drive: Drive::default(), ..SOUND };
     let before = problems.len();
     let within = format!("axis {name}: ");
-    let mut set = |raw: &Spanned<f64>, pick: fn(&mut AxisParameters) -> &mut f64| {
-        *pick(&mut axis) = *raw.get_ref();
-        let mut alone = SOUND;
-        *pick(&mut alone) = *raw.get_ref();
-        if let Err(error) = alone.check() {
-            problems.push(out_of_range(&within, &error, raw.span()));
-        }
-    };
-    let RawDrive { transmission_mm_rad, torque_to_voltage_v_nm, voltage_limit_v } = &raw.drive;
-    if let Some(raw) = transmission_mm_rad {
-        set(raw, |a| &mut a.drive.transmission_mm_rad);
+    let mut refuse = |error: &OutOfRange, span| problems.push(out_of_range(&within, error, span, ""));
+    raw.drive.fill(&mut axis.drive, &mut refuse);
+    if let Some(pdff) = &raw.pdff {
+        pdff.fill(&mut axis.pdff, &mut refuse);
     }
-    if let Some(raw) = torque_to_voltage_v_nm {
-        set(raw, |a| &mut a.drive.torque_to_voltage_v_nm);
-    }
-    if let Some(raw) = voltage_limit_v {
-        set(raw, |a| &mut a.drive.voltage_limit_v);
-    }
-    let RawPdff { kpp, kpv, kiv, kpf, kvf } = &raw.pdff;
-    set(kpp, |a| &mut a.pdff.kpp_rad_s_mm);
-    set(kpv, |a| &mut a.pdff.kpv_nm_s_rad);
-    set(kiv, |a| &mut a.pdff.kiv_1_s);
-    set(kpf, |a| &mut a.pdff.kpf_rad_mm);
-    set(kvf, |a| &mut a.pdff.kvf);
     match &raw.plant {
         RawPlant::FirstOrder(raw) => {
-            set(&raw.gain_rad_s_v, |a| &mut a.plant.gain_rad_s_v);
-            set(&raw.time_constant_s, |a| &mut a.plant.time_constant_s);
+            raw.fill(&mut axis.plant, &mut refuse);
         }
         RawPlant::Mechanics(raw) => {
-            let (mechanics, header) = (raw.get_ref(), raw.span());
-            let values = [
-                ("mass_kg", &mechanics.mass_kg, true),
-                ("inertia_kg_m2", &mechanics.inertia_kg_m2, true),
-                ("viscous_friction_nm_s_rad", &mechanics.viscous_friction_nm_s_rad, false),
-            ];
-            for (name, raw, may_be_zero) in values {
-                let value = *raw.get_ref();
-                if !(value.is_finite() && (value > 0.0 || may_be_zero && value == 0.0)) {
-                    let needed = if may_be_zero { "zero or a positive number" } else { "a positive number" };
-                    problems.push(
-                        Diagnostic::new(format!("{within}{name} = {value} is out of range: it must be {needed}"))
-                            .at(raw.span())
-                            .help("units are in the key's name: kg, kg m², N m s/rad"),
-                    );
-                }
-            }
+            let header = raw.span();
+            let mut mechanics = Mechanics { mass_kg: 0.0, inertia_kg_m2: 0.0, viscous_friction_nm_s_rad: 0.0 };
+            raw.get_ref().fill(&mut mechanics, &mut refuse);
             if problems.len() == before {
-                let [mass, inertia, friction] = values.map(|(_, raw, _)| *raw.get_ref());
-                axis.plant = Plant::from_mechanics(mass, inertia, friction, &axis.drive);
+                let Mechanics { mass_kg, inertia_kg_m2, viscous_friction_nm_s_rad } = mechanics;
+                axis.plant = Plant::from_mechanics(mass_kg, inertia_kg_m2, viscous_friction_nm_s_rad, &axis.drive);
                 if let Err(error) = (AxisParameters { plant: axis.plant, ..SOUND }).check() {
                     problems.push(
                         Diagnostic::new(format!(
@@ -362,29 +319,24 @@ pub(super) fn axis(name: &str, raw: &RawAxis, problems: &mut Problems) -> AxisPa
             }
         }
     }
+    match (&raw.pdff, &raw.controller) {
+        (Some(_), _) => {}
+        (None, Some(controller)) => match check_drive::pdff_of_controller(name, controller, &axis) {
+            Ok(pdff) => axis.pdff = pdff,
+            Err(problem) => problems.push(problem),
+        },
+        (None, None) => problems.push(
+            Diagnostic::new(format!("`pdff` is missing in [axes.{name}]"))
+                .at(place)
+                .label("in here")
+                .help(format!("add a table [axes.{name}.pdff]  # {}", Pdff::ABOUT)),
+        ),
+    }
     axis
 }
 
-fn limits(raw: &RawLimits, problems: &mut Problems) -> Limits {
-    let RawLimits { contour_error_um, tracking_error_um, voltage_v, accel_mm_s2, jerk_mm_s3 } = raw;
-    let mut check = |name: &str, raw: &Option<Spanned<f64>>| {
-        let raw = raw.as_ref()?;
-        let value = *raw.get_ref();
-        if !(value > 0.0 && value.is_finite()) {
-            problems.push(
-                Diagnostic::new(format!("limit {name} = {value} is out of range: it must be a positive finite number"))
-                    .at(raw.span())
-                    .help("remove the line if this is not to be checked"),
-            );
-        }
-        Some(value)
-    };
-    Limits {
-        contour_error_um: check("contour_error_um", contour_error_um),
-        tracking_error_um: check("tracking_error_um", tracking_error_um),
-        voltage_v: check("voltage_v", voltage_v),
-        accel_mm_s2: check("accel_mm_s2", accel_mm_s2),
-        jerk_mm_s3: check("jerk_mm_s3", jerk_mm_s3),
-        axes: None,
-    }
+fn limits(raw: &NumberTable<Limits>, problems: &mut Problems) -> Limits {
+    let mut limits = Limits::default();
+    raw.fill(&mut limits, |error, span| problems.push(out_of_range("limit ", error, span, "")));
+    limits
 }

@@ -1,6 +1,5 @@
 //! An axis beyond its model: from the file as written to checked values.
 
-use crate::parameters::OutOfRange;
 use std::ops::Range;
 
 use toml::Spanned;
@@ -8,20 +7,21 @@ use toml::Spanned;
 use super::check::Problems;
 use super::diagnostics::Diagnostic;
 use super::drive_file::{
-    RawCompensation, RawController, RawCrossCoupling, RawEffects, RawForce, RawFriction, RawIntegration, RawPitch,
-    RawPlace, RawVelocity,
+    RawCompensation, RawController, RawEffects, RawForce, RawFriction, RawPitch, RawPlace, RawVelocity,
 };
 use super::file::RawAxis;
+use super::number_table::{NumberTable, out_of_range};
 use super::numbers::RawPoint;
+use crate::parameters::{OutOfRange, Parameters};
 use crate::servo::compensation::{
     AccelerationFeedforward, BacklashCompensation, Compensation, CrossCouplingGains, Filter, FrictionFeedforward,
+    LowPass, Notch,
 };
-use crate::servo::controller::{CascadeGains, PPiGains, PidGains};
 use crate::servo::effects::{
     Backlash, Coulomb, CurrentLoop, CuttingForce, Dac, Delay, Effects, Encoder, EncoderPlace, Friction, Harmonic,
     Integration, LookupTable, LuGre, Mismatch, Noise, PitchError, TorqueRipple, TwoMass, VelocityEstimate,
 };
-use crate::servo::{AxisParameters, ControllerGains, ControllerKind, DriveModel, LoopSettings};
+use crate::servo::{AxisParameters, ControllerGains, ControllerKind, DriveModel, LoopSettings, Pdff};
 
 /// A value of a table: what an error of the servo calls it, its key, and where it stands.
 struct Value {
@@ -37,8 +37,10 @@ struct Places<'p> {
     within: String,
     table: Range<usize>,
     values: Vec<Value>,
-    /// What to do about any of them.
+    /// What to do about those whose parameter does not say it.
     help: &'static str,
+    /// Whether every value so far is in its range.
+    sound: bool,
     problems: &'p mut Problems,
 }
 
@@ -58,28 +60,45 @@ impl Places<'_> {
         }
     }
 
-    /// A value, its place noted.
-    fn get(&mut self, name: &'static str, raw: &Spanned<f64>) -> f64 {
+    /// A value in the range of its parameter, its place noted; told where it is not in range.
+    fn get<T: Parameters>(&mut self, name: &'static str, raw: &Spanned<f64>) -> f64 {
         self.note(name, name, raw.span());
-        *raw.get_ref()
+        let value = *raw.get_ref();
+        if let Some(Err(error)) = T::parameter(name).map(|parameter| parameter.check(value)) {
+            self.problems.push(out_of_range(&self.within, &error, raw.span(), self.help));
+            self.sound = false;
+        }
+        value
     }
 
-    fn or(&mut self, name: &'static str, raw: Option<&Spanned<f64>>, default: f64) -> f64 {
-        raw.map_or(default, |raw| self.get(name, raw))
+    /// The values of a table over those of `value`, their places noted.
+    fn fill<T: Parameters>(&mut self, raw: &NumberTable<T>, value: &mut T) {
+        for (entry, given) in &raw.given {
+            self.note(entry.parameter.name(), entry.parameter.name(), given.span());
+        }
+        let Self { within, help, problems, .. } = self;
+        self.sound &= raw.fill(value, |error, span| problems.push(out_of_range(within, error, span, help)));
+    }
+
+    /// Static friction that is not given is the Coulomb friction, and told of where that stands.
+    fn static_friction(&mut self, coulomb: Option<Range<usize>>, curve: &mut Coulomb) {
+        if curve.static_nm.is_nan() && !self.values.iter().any(|value| value.name == "static_nm") {
+            curve.static_nm = curve.coulomb_nm;
+            self.values.extend(coulomb.map(|span| Value { name: "static_nm", key: "coulomb_nm", span, bound: None }));
+        }
     }
 
     /// Tells an error where the value is that it names, by its key, or on the whole table.
     fn tell(&mut self, error: &OutOfRange) {
-        let name = error.key;
-        let problem = match self.values.iter().find(|value| name.contains(value.name)) {
+        let problem = match self.values.iter().find(|value| error.name() == value.name) {
             Some(Value { key, span, bound, .. }) => {
                 let message = format!("{}{}", self.within, error.message(key));
                 let problem = Diagnostic::new(message).at(span.clone());
                 bound.iter().fold(problem, |problem, bound| problem.note(bound.clone()))
             }
-            None => Diagnostic::new(format!("{}{error}", self.within)).at(self.table.clone()),
+            None => Diagnostic::new(format!("{}{}", self.within, error.message(error.name()))).at(self.table.clone()),
         };
-        self.problems.push(problem.help(self.help));
+        self.problems.push(problem.help(if error.help.is_empty() { self.help } else { error.help }));
     }
 
     /// A key that has no part in what is chosen.
@@ -93,7 +112,11 @@ impl Places<'_> {
         }
     }
 
+    /// What ties the values together; not asked where one of them is out of its range.
     fn check<T>(mut self, value: T, check: impl FnOnce(&T) -> Result<(), OutOfRange>) -> Option<T> {
+        if !self.sound {
+            return None;
+        }
         match check(&value) {
             Ok(()) => Some(value),
             Err(error) => {
@@ -119,7 +142,7 @@ pub(super) fn drive(
     problems: &mut Problems,
 ) -> DriveModel {
     let sound = axis.check().is_ok() && settings.check().is_ok();
-    let controller = raw.controller.as_ref().map(|raw| controller(name, raw, axis, settings, problems));
+    let controller = raw.controller.as_ref().map(|raw| controller(name, raw, axis, settings, sound, problems));
     let effects = effects((name, index), &raw.effects, axis, settings, sound, problems);
     let compensation = compensation(name, &raw.compensation, settings, problems);
     let drive = DriveModel {
@@ -144,57 +167,26 @@ pub(super) fn drive(
     drive
 }
 
+fn kind(raw: &RawController) -> ControllerKind {
+    match raw {
+        RawController::PPi(_) => ControllerKind::PPi,
+        RawController::Pid(_) => ControllerKind::Pid,
+        RawController::Cascade(_) => ControllerKind::Cascade,
+    }
+}
+
 fn controller(
     name: &str,
     raw: &Spanned<RawController>,
     axis: &AxisParameters,
     settings: &LoopSettings,
+    sound: bool,
     problems: &mut Problems,
 ) -> ControllerGains {
-    let within = format!("axis {name}: ");
-    let mut at = Places { within, table: raw.span(), values: Vec::new(), help: UNITS, problems };
-    let kind = match raw.get_ref() {
-        RawController::PPi(_) => ControllerKind::PPi,
-        RawController::Pid(_) => ControllerKind::Pid,
-        RawController::Cascade(_) => ControllerKind::Cascade,
-    };
-    let gains = match (raw.get_ref(), ControllerGains::like(kind, axis, settings)) {
-        (RawController::PPi(raw), ControllerGains::PPi(own)) => ControllerGains::PPi(PPiGains {
-            position_rad_s_mm: at.or("position_rad_s_mm", raw.position_rad_s_mm.as_ref(), own.position_rad_s_mm),
-            velocity_nm_s_rad: at.or("velocity_nm_s_rad", raw.velocity_nm_s_rad.as_ref(), own.velocity_nm_s_rad),
-            integral_1_s: at.or("integral_1_s", raw.integral_1_s.as_ref(), own.integral_1_s),
-        }),
-        (RawController::Pid(raw), ControllerGains::Pid(own)) => ControllerGains::Pid(PidGains {
-            proportional_v_mm: at.or("proportional_v_mm", raw.proportional_v_mm.as_ref(), own.proportional_v_mm),
-            integral_v_mm_s: at.or("integral_v_mm_s", raw.integral_v_mm_s.as_ref(), own.integral_v_mm_s),
-            derivative_v_s_mm: at.or("derivative_v_s_mm", raw.derivative_v_s_mm.as_ref(), own.derivative_v_s_mm),
-            filter_hz: at.or("filter_hz", raw.filter_hz.as_ref(), own.filter_hz),
-        }),
-        (RawController::Cascade(raw), ControllerGains::Cascade(own)) => ControllerGains::Cascade(CascadeGains {
-            loops: PPiGains {
-                position_rad_s_mm: at.or(
-                    "position_rad_s_mm",
-                    raw.position_rad_s_mm.as_ref(),
-                    own.loops.position_rad_s_mm,
-                ),
-                velocity_nm_s_rad: at.or(
-                    "velocity_nm_s_rad",
-                    raw.velocity_nm_s_rad.as_ref(),
-                    own.loops.velocity_nm_s_rad,
-                ),
-                integral_1_s: at.or("integral_1_s", raw.integral_1_s.as_ref(), own.loops.integral_1_s),
-            },
-            velocity_rad_mm: at.or("velocity_rad_mm", raw.velocity_rad_mm.as_ref(), own.velocity_rad_mm),
-            viscous_nm_s_mm: at.or("viscous_nm_s_mm", raw.viscous_nm_s_mm.as_ref(), own.viscous_nm_s_mm),
-            acceleration_nm_s2_mm: at.or(
-                "acceleration_nm_s2_mm",
-                raw.acceleration_nm_s2_mm.as_ref(),
-                own.acceleration_nm_s2_mm,
-            ),
-        }),
-        // `like` gives the kind that it is asked for.
-        (_, own) => own,
-    };
+    let mut at = places(&format!("axis {name}: "), raw, problems);
+    // Gains that are not given are those of the same loops.
+    let gains = given_gains(raw.get_ref(), ControllerGains::like(kind(raw.get_ref()), axis, settings), &mut at);
+    at.sound &= sound;
     at.bound("filter_hz", || format!("here at most {}", hz(0.5 / settings.period_s)));
     let checked = at.check(gains, |gains| match gains {
         ControllerGains::Pdff => Ok(()),
@@ -203,6 +195,58 @@ fn controller(
         ControllerGains::Cascade(gains) => gains.check(),
     });
     checked.unwrap_or_default()
+}
+
+/// The gains of a file over others of the same kind.
+fn given_gains(raw: &RawController, mut gains: ControllerGains, at: &mut Places<'_>) -> ControllerGains {
+    match (raw, &mut gains) {
+        (RawController::PPi(raw), ControllerGains::PPi(gains)) => at.fill(raw, gains),
+        (RawController::Pid(raw), ControllerGains::Pid(gains)) => at.fill(raw, gains),
+        (RawController::Cascade(raw), ControllerGains::Cascade(gains)) => at.fill(raw, gains),
+        _ => {}
+    }
+    gains
+}
+
+/// The gains of the PDFF controller with the loops of another controller, for an axis that gives no PDFF gains of its own: the other
+/// controller has to be complete.
+pub(super) fn pdff_of_controller(
+    name: &str,
+    raw: &Spanned<RawController>,
+    axis: &AxisParameters,
+) -> Result<Pdff, Diagnostic> {
+    const UNKNOWN: Pdff =
+        Pdff { kpp_rad_s_mm: f64::NAN, kpv_nm_s_rad: f64::NAN, kiv_1_s: f64::NAN, kpf_rad_mm: f64::NAN, kvf: f64::NAN };
+    let (axis, settings) = (AxisParameters { pdff: UNKNOWN, ..*axis }, LoopSettings::default());
+    let kind = kind(raw.get_ref());
+    // (What is wrong with the values given is told when the controller is read.)
+    let mut unheard = Problems::new();
+    let mut at = places("", raw, &mut unheard);
+    let gains = given_gains(raw.get_ref(), ControllerGains::like(kind, &axis, &settings), &mut at);
+    let missing = match &gains {
+        ControllerGains::Pdff => Vec::new(),
+        ControllerGains::PPi(gains) => unknown(gains),
+        ControllerGains::Pid(gains) => unknown(gains),
+        ControllerGains::Cascade(gains) => unknown(gains),
+    };
+    if missing.is_empty() {
+        return Ok(gains.like_pdff(&axis));
+    }
+    let missing: Vec<String> = missing.iter().map(|name| format!("`{name}`")).collect();
+    let table = kind.name().replace('-', "_");
+    Err(Diagnostic::new(format!(
+        "axis {name}: {} of the controller {} not given, and there is no `pdff` to take them from",
+        missing.join(", "),
+        if missing.len() == 1 { "is" } else { "are" }
+    ))
+    .at(raw.span())
+    .help(format!("give every gain in [axes.{name}.controller.{table}], or add a table [axes.{name}.pdff]")))
+}
+
+/// Names of the values that are not numbers.
+fn unknown<T: Parameters>(gains: &T) -> Vec<&'static str> {
+    let is_unknown = |value: Option<f64>| value.is_some_and(f64::is_nan);
+    T::ENTRIES.iter().filter(|entry| is_unknown((entry.get)(gains))).map(|entry| entry.parameter.name()).collect()
 }
 
 fn effects(
@@ -219,7 +263,8 @@ fn effects(
     mechanics(&within, raw, axis, settings, sound, &mut out, problems);
     disturbances(&within, raw, &mut out, problems);
     if let Some(raw) = &raw.integration {
-        out.integration = integration(&within, raw, problems);
+        out.integration =
+            numbers(&within, raw, Integration::default(), problems, Integration::check).unwrap_or_default();
     }
     out
 }
@@ -234,22 +279,14 @@ fn electronics(
     problems: &mut Problems,
 ) {
     if let Some(raw) = &raw.mismatch {
-        let mut at = places(within, raw, problems);
-        let raw = raw.get_ref();
-        let mismatch = Mismatch {
-            gain_factor: at.or("gain_factor", raw.gain_factor.as_ref(), 1.0),
-            time_constant_factor: at.or("time_constant_factor", raw.time_constant_factor.as_ref(), 1.0),
-        };
-        out.mismatch = at.check(mismatch, Mismatch::check);
+        let model = Mismatch { gain_factor: 1.0, time_constant_factor: 1.0 };
+        out.mismatch = numbers(within, raw, model, problems, Mismatch::check);
     }
     if let Some(raw) = &raw.encoder {
         let mut at = places(within, raw, problems);
         let raw = raw.get_ref();
         let period_s = settings.period_s;
-        let damping = raw.velocity_damping.as_ref().map_or(1.0, |raw| *raw.get_ref());
-        if let Some(raw) = &raw.velocity_damping {
-            at.note("damping", "velocity_damping", raw.span());
-        }
+        let damping = raw.velocity_damping.as_ref().map_or(1.0, |raw| at.get::<Encoder>("velocity_damping", raw));
         let highest = VelocityEstimate::observer_below_hz(damping, period_s);
         let (chosen, default) = match raw.velocity {
             Some(RawVelocity::Observer) => ("observer", f64::min(200.0, 0.5 * highest)),
@@ -264,19 +301,19 @@ fn electronics(
         if chosen != "observer" && chosen != "low_pass" {
             at.idle("velocity_hz", raw.velocity_hz.as_ref(), &with);
         }
-        let frequency_hz = raw.velocity_hz.as_ref().map_or(default, |raw| *raw.get_ref());
-        if let Some(raw) = &raw.velocity_hz {
-            at.note("bandwidth_hz", "velocity_hz", raw.span());
-            at.bound("bandwidth_hz", || format!("with this damping and period_s: below {}", hz(highest)));
-            at.note("corner_hz", "velocity_hz", raw.span());
-            at.bound("corner_hz", || format!("here at most {}", hz(0.5 / period_s)));
+        let frequency_hz = raw.velocity_hz.as_ref().map_or(default, |raw| at.get::<Encoder>("velocity_hz", raw));
+        match raw.velocity {
+            Some(RawVelocity::Observer) => {
+                at.bound("velocity_hz", || format!("with this damping and period_s: below {}", hz(highest)));
+            }
+            _ => at.bound("velocity_hz", || format!("here at most {}", hz(0.5 / period_s))),
         }
         let encoder = Encoder {
             place: match raw.place {
                 Some(RawPlace::Table) => EncoderPlace::Table,
                 Some(RawPlace::Motor) | None => EncoderPlace::Motor,
             },
-            resolution_um: at.or("resolution_um", raw.resolution_um.as_ref(), 0.0),
+            resolution_um: raw.resolution_um.as_ref().map_or(0.0, |raw| at.get::<Encoder>("resolution_um", raw)),
             velocity: match raw.velocity {
                 Some(RawVelocity::Tachometer) | None => VelocityEstimate::Tachometer,
                 Some(RawVelocity::Difference) => VelocityEstimate::Difference,
@@ -290,26 +327,18 @@ fn electronics(
         let mut at = places(within, raw, problems);
         let raw = raw.get_ref();
         let seed = u64::from(raw.seed.unwrap_or(1));
-        let noise = Noise { rms_um: at.get("rms_um", &raw.rms_um), seed: seed.wrapping_mul(8).wrapping_add(index) };
+        let noise =
+            Noise { rms_um: at.get::<Noise>("rms_um", &raw.rms_um), seed: seed.wrapping_mul(8).wrapping_add(index) };
         out.noise = at.check(noise, Noise::check);
     }
     if let Some(raw) = &raw.delay {
-        let mut at = places(within, raw, problems);
-        let delay = Delay { samples: at.get("samples", &raw.get_ref().samples) };
-        out.delay = at.check(delay, Delay::check);
+        out.delay = numbers(within, raw, Delay { samples: 0.0 }, problems, Delay::check);
     }
     if let Some(raw) = &raw.dac {
-        let mut at = places(within, raw, problems);
-        let bits = &raw.get_ref().bits;
-        at.note("bits", "bits", bits.span());
-        // What does not fit is out of range in any case.
-        let dac = Dac { bits: u32::try_from(*bits.get_ref()).unwrap_or(u32::MAX) };
-        out.dac = at.check(dac, Dac::check);
+        out.dac = numbers(within, raw, Dac { bits: 0 }, problems, Dac::check);
     }
     if let Some(raw) = &raw.current_loop {
-        let mut at = places(within, raw, problems);
-        let current_loop = CurrentLoop { bandwidth_hz: at.get("bandwidth_hz", &raw.get_ref().bandwidth_hz) };
-        out.current_loop = at.check(current_loop, CurrentLoop::check);
+        out.current_loop = numbers(within, raw, CurrentLoop { bandwidth_hz: 0.0 }, problems, CurrentLoop::check);
     }
 }
 
@@ -325,58 +354,37 @@ fn mechanics(
 ) {
     let drive = &axis.drive;
     if let Some(raw) = &raw.two_mass {
-        let mut at = places(within, raw, problems);
-        let raw = raw.get_ref();
-        let two_mass = TwoMass {
-            table_mass_kg: at.get("table_mass_kg", &raw.table_mass_kg),
-            stiffness_n_um: at.get("stiffness_n_um", &raw.stiffness_n_um),
-            damping_n_s_mm: at.or("damping_n_s_mm", raw.damping_n_s_mm.as_ref(), 0.0),
-        };
         // Against what the plant is, where that is known.
         let plant = out.plant(&axis.plant);
-        if sound {
-            out.two_mass = at.check(two_mass, |two_mass| two_mass.check(&plant, drive, settings.period_s));
-        }
+        let blank = TwoMass { table_mass_kg: 0.0, stiffness_n_um: 0.0, damping_n_s_mm: 0.0 };
+        let check = |two_mass: &TwoMass| if sound { two_mass.check(&plant, drive, settings.period_s) } else { Ok(()) };
+        out.two_mass = numbers(within, raw, blank, problems, check).filter(|_| sound);
     }
     if let Some(raw) = &raw.friction {
         let mut at = places(within, raw, problems);
-        let mut curve = |coulomb_nm, static_nm: &Option<_>, stribeck_mm_s: &Option<_>, viscous_nm_s_rad: &Option<_>| {
-            let value = at.get("coulomb_nm", coulomb_nm);
-            if static_nm.is_none() {
-                at.note("static_nm", "coulomb_nm", coulomb_nm.span());
-            }
-            let coulomb_nm = value;
-            let static_nm = at.or("static_nm", static_nm.as_ref(), coulomb_nm);
-            let most_nm = drive.voltage_limit_v / drive.torque_to_voltage_v_nm;
-            at.bound("static_nm", || {
-                format!(
-                    "at its voltage limit the drive gives voltage_limit_v / torque_to_voltage_v_nm = {most_nm:.4} N m"
-                )
-            });
-            Coulomb {
-                coulomb_nm,
-                static_nm,
-                stribeck_mm_s: at.or("stribeck_mm_s", stribeck_mm_s.as_ref(), 1.0),
-                viscous_nm_s_rad: at.or("viscous_nm_s_rad", viscous_nm_s_rad.as_ref(), 0.0),
-            }
-        };
+        let mut curve = Coulomb { coulomb_nm: 0.0, static_nm: f64::NAN, stribeck_mm_s: 0.0, viscous_nm_s_rad: 0.0 };
         let friction = match raw.get_ref() {
             RawFriction::Coulomb(raw) => {
-                Friction::Coulomb(curve(&raw.coulomb_nm, &raw.static_nm, &raw.stribeck_mm_s, &raw.viscous_nm_s_rad))
+                at.fill(raw, &mut curve);
+                at.static_friction(raw.span("coulomb_nm"), &mut curve);
+                Friction::Coulomb(curve)
             }
-            RawFriction::LuGre(raw) => Friction::LuGre(LuGre {
-                curve: curve(&raw.coulomb_nm, &raw.static_nm, &raw.stribeck_mm_s, &raw.viscous_nm_s_rad),
-                stiffness_nm_rad: at.get("stiffness_nm_rad", &raw.stiffness_nm_rad),
-                damping_nm_s_rad: at.or("damping_nm_s_rad", raw.damping_nm_s_rad.as_ref(), 0.0),
-            }),
+            RawFriction::LuGre(raw) => {
+                let mut lu_gre = LuGre { curve, stiffness_nm_rad: 0.0, damping_nm_s_rad: 0.0 };
+                at.fill(raw, &mut lu_gre);
+                at.static_friction(raw.span("coulomb_nm"), &mut lu_gre.curve);
+                Friction::LuGre(lu_gre)
+            }
         };
+        let most_nm = drive.voltage_limit_v / drive.torque_to_voltage_v_nm;
+        at.bound("static_nm", || {
+            format!("at its voltage limit the drive gives voltage_limit_v / torque_to_voltage_v_nm = {most_nm:.4} N m")
+        });
         let rubbing_kg_m2 = out.rubbing_kg_m2(&axis.plant, drive);
         out.friction = at.check(friction, |friction| friction.check(rubbing_kg_m2, drive));
     }
     if let Some(raw) = &raw.backlash {
-        let mut at = places(within, raw, problems);
-        let backlash = Backlash { gap_um: at.get("gap_um", &raw.get_ref().gap_um) };
-        out.backlash = at.check(backlash, Backlash::check);
+        out.backlash = numbers(within, raw, Backlash { gap_um: 0.0 }, problems, Backlash::check);
     }
     out.pitch = raw.pitch.as_ref().and_then(|raw| pitch(within, raw, problems));
 }
@@ -429,28 +437,21 @@ fn disturbances(within: &str, raw: &RawEffects, out: &mut Effects, problems: &mu
     }
 }
 
-/// How finely all that is integrated.
-fn integration(within: &str, raw: &Spanned<RawIntegration>, problems: &mut Problems) -> Integration {
+/// A table of numbers, over what `value` holds where none is given.
+fn numbers<T: Parameters>(
+    within: &str,
+    raw: &Spanned<NumberTable<T>>,
+    mut value: T,
+    problems: &mut Problems,
+    check: impl FnOnce(&T) -> Result<(), OutOfRange>,
+) -> Option<T> {
     let mut at = places(within, raw, problems);
-    at.help = "leave the key out for its default: substeps = 1, tolerance_mm_s = 1e-5";
-    let RawIntegration { substeps, tolerance_mm_s } = raw.get_ref();
-    let mut out = Integration::default();
-    out.tolerance_mm_s = at.or("tolerance_mm_s", tolerance_mm_s.as_ref(), out.tolerance_mm_s);
-    if let Some(raw) = substeps {
-        at.note("substeps", "substeps", raw.span());
-        match u32::try_from(*raw.get_ref()) {
-            Ok(substeps) => out.substeps = substeps,
-            // As it stands in the file.
-            Err(_) => {
-                at.tell(&OutOfRange::new("substeps", *raw.get_ref() as f64, Integration::SUBSTEPS));
-            }
-        }
-    }
-    at.check(out, Integration::check).unwrap_or_default()
+    at.fill(raw.get_ref(), &mut value);
+    at.check(value, check)
 }
 
 fn places<'p, T>(within: &str, raw: &Spanned<T>, problems: &'p mut Problems) -> Places<'p> {
-    Places { within: within.to_owned(), table: raw.span(), values: Vec::new(), help: UNITS, problems }
+    Places { within: within.to_owned(), table: raw.span(), values: Vec::new(), help: UNITS, sound: true, problems }
 }
 
 /// A function by points, as it stands in a file.
@@ -502,7 +503,8 @@ fn table<'p>(
         return None;
     }
     let values = raw.points.get_ref().iter().map(|point| point.get_ref().0);
-    let mut at = Places { within: within.to_owned(), table: span, values: Vec::new(), help: UNITS, problems };
+    let mut at =
+        Places { within: within.to_owned(), table: span, values: Vec::new(), help: UNITS, sound: true, problems };
     let [key, period_key] = raw.keys;
     if let Some(period) = raw.period {
         at.note("period", period_key, period.span());
@@ -531,62 +533,40 @@ fn compensation(name: &str, raw: &RawCompensation, settings: &LoopSettings, prob
     let mut out = Compensation::default();
     let period_s = settings.period_s;
     if let Some(raw) = &raw.notch {
+        let mut notch = Notch { frequency_hz: 0.0, depth: 0.0, damping: 0.0 };
         let mut at = places(&within, raw, problems);
-        let raw = raw.get_ref();
-        let notch = Filter::Notch {
-            frequency_hz: at.get("frequency_hz", &raw.frequency_hz),
-            depth: at.or("depth", raw.depth.as_ref(), 0.0),
-            damping: at.or("damping", raw.damping.as_ref(), 0.5),
-        };
+        at.fill(raw.get_ref(), &mut notch);
         at.bound("frequency_hz", || format!("here below {}", hz(Filter::HIGHEST / period_s)));
-        out.filters.extend(at.check(notch, |filter| filter.check(period_s)));
+        out.filters.extend(at.check(Filter::Notch(notch), |filter| filter.check(period_s)));
     }
     if let Some(raw) = &raw.low_pass {
+        let mut low_pass = LowPass { frequency_hz: 0.0, damping: 0.0 };
         let mut at = places(&within, raw, problems);
-        let raw = raw.get_ref();
-        let low_pass = Filter::LowPass {
-            frequency_hz: at.get("frequency_hz", &raw.frequency_hz),
-            damping: at.or("damping", raw.damping.as_ref(), std::f64::consts::FRAC_1_SQRT_2),
-        };
+        at.fill(raw.get_ref(), &mut low_pass);
         at.bound("frequency_hz", || format!("here below {}", hz(Filter::HIGHEST / period_s)));
-        out.filters.extend(at.check(low_pass, |filter| filter.check(period_s)));
+        out.filters.extend(at.check(Filter::LowPass(low_pass), |filter| filter.check(period_s)));
     }
     if let Some(raw) = &raw.acceleration {
-        let mut at = places(&within, raw, problems);
-        let acceleration = AccelerationFeedforward { share: at.or("share", raw.get_ref().share.as_ref(), 1.0) };
-        out.acceleration = at.check(acceleration, AccelerationFeedforward::check);
+        let blank = AccelerationFeedforward { share: 0.0 };
+        out.acceleration = numbers(&within, raw, blank, problems, AccelerationFeedforward::check);
     }
     if let Some(raw) = &raw.friction {
-        let mut at = places(&within, raw, problems);
-        let raw = raw.get_ref();
-        let friction = FrictionFeedforward {
-            coulomb_nm: at.get("coulomb_nm", &raw.coulomb_nm),
-            smoothing_mm_s: at.or("smoothing_mm_s", raw.smoothing_mm_s.as_ref(), 1.0),
-        };
-        out.friction = at.check(friction, FrictionFeedforward::check);
+        let blank = FrictionFeedforward { coulomb_nm: 0.0, smoothing_mm_s: 0.0 };
+        out.friction = numbers(&within, raw, blank, problems, FrictionFeedforward::check);
     }
     if let Some(raw) = &raw.backlash {
-        let mut at = places(&within, raw, problems);
-        let raw = raw.get_ref();
-        let backlash = BacklashCompensation {
-            gap_um: at.get("gap_um", &raw.gap_um),
-            time_constant_s: at.or("time_constant_s", raw.time_constant_s.as_ref(), 0.0),
-        };
-        out.backlash = at.check(backlash, BacklashCompensation::check);
+        let blank = BacklashCompensation { gap_um: 0.0, time_constant_s: 0.0 };
+        out.backlash = numbers(&within, raw, blank, problems, BacklashCompensation::check);
     }
     out.pitch = raw.pitch.as_ref().and_then(|raw| pitch(&within, raw, problems));
     out
 }
 
 /// The cross-coupled controller of the whole machine.
-pub(super) fn cross_coupling(raw: &Spanned<RawCrossCoupling>, problems: &mut Problems) -> Option<CrossCouplingGains> {
-    let mut at = places("", raw, problems);
-    let raw = raw.get_ref();
-    let gains = CrossCouplingGains {
-        proportional: at.get("proportional", &raw.proportional),
-        integral_1_s: at.or("integral_1_s", raw.integral_1_s.as_ref(), 0.0),
-        derivative_s: at.or("derivative_s", raw.derivative_s.as_ref(), 0.0),
-        limit_um: at.or("limit_um", raw.limit_um.as_ref(), 100.0),
-    };
-    at.check(gains, CrossCouplingGains::check)
+pub(super) fn cross_coupling(
+    raw: &Spanned<NumberTable<CrossCouplingGains>>,
+    problems: &mut Problems,
+) -> Option<CrossCouplingGains> {
+    let blank = CrossCouplingGains { proportional: 0.0, integral_1_s: 0.0, derivative_s: 0.0, limit_um: 0.0 };
+    numbers("", raw, blank, problems, CrossCouplingGains::check)
 }

@@ -293,7 +293,7 @@ pub(super) fn part(raw: &RawPart, default_name: &str, source: &str, folder: &Fol
         .map(|(name, raw)| check::axis(name, raw, &mut problems));
     let raw_axes = [("x", &raw.axes.x), ("y", &raw.axes.y), ("z", &raw.axes.z)];
     let drives = std::array::from_fn(|i| {
-        let (name, raw) = raw_axes[i];
+        let (name, raw) = (raw_axes[i].0, raw_axes[i].1.get_ref());
         if let Some(zero_phase) = &raw.compensation.zero_phase
             && *zero_phase.get_ref()
         {

@@ -8,8 +8,12 @@ use serde::de::{self, Deserializer, Visitor};
 use serde_json::Value;
 use toml::Spanned;
 
-use super::drive_file::{RawCompensation, RawController, RawCrossCoupling, RawEffects};
+use super::drive_file::{RawCompensation, RawController, RawEffects};
+use super::number_table::NumberTable;
 use super::numbers::RawPoint;
+use crate::limits::Limits;
+use crate::servo::compensation::CrossCouplingGains;
+use crate::servo::{Drive, Mechanics, Pdff, Plant};
 
 /// A closed-loop servo simulation: a tool path, how the feed is reached, two axes, and limits to hold the run to.
 #[derive(Debug, Deserialize, JsonSchema)]
@@ -33,7 +37,7 @@ pub(super) struct RawScenario {
     pub(super) learned: Option<RawLearned>,
     /// Limits of the run; a run that breaks one exits with 3.
     #[serde(default)]
-    pub(super) limits: RawLimits,
+    pub(super) limits: NumberTable<Limits>,
 }
 
 /// Correction of the commands that `servosim learn` has written, for this scenario and no other.
@@ -280,8 +284,8 @@ pub(super) struct RawControl {
     #[schemars(with = "Option<u8>", range(min = 0, max = 1))]
     pub(super) delay_samples: Option<Spanned<i64>>,
     /// Cross-coupled contour control beside the controllers of the axes.
-    #[schemars(with = "Option<RawCrossCoupling>")]
-    pub(super) cross_coupling: Option<Spanned<RawCrossCoupling>>,
+    #[schemars(with = "Option<NumberTable<CrossCouplingGains>>")]
+    pub(super) cross_coupling: Option<Spanned<NumberTable<CrossCouplingGains>>>,
 }
 
 /// Source of the velocity command.
@@ -299,9 +303,11 @@ pub(super) enum RawDerivative {
 #[serde(deny_unknown_fields)]
 pub(super) struct RawAxes {
     /// The X axis.
-    pub(super) x: RawAxis,
+    #[schemars(with = "RawAxis")]
+    pub(super) x: Spanned<RawAxis>,
     /// The Y axis.
-    pub(super) y: RawAxis,
+    #[schemars(with = "RawAxis")]
+    pub(super) y: Spanned<RawAxis>,
 }
 
 /// One axis: plant, drive, controller.
@@ -312,9 +318,9 @@ pub(super) struct RawAxis {
     pub(super) plant: RawPlant,
     /// Amplifier and ballscrew.
     #[serde(default)]
-    pub(super) drive: RawDrive,
-    /// Gains of the PDFF controller, none negative.
-    pub(super) pdff: RawPdff,
+    pub(super) drive: NumberTable<Drive>,
+    /// Gains of the PDFF controller, none negative. May be left out where another controller is complete.
+    pub(super) pdff: Option<NumberTable<Pdff>>,
     /// Another controller instead: exactly one of `p_pi`, `pid` and `cascade`. Default: the PDFF controller.
     #[schemars(with = "Option<RawController>")]
     pub(super) controller: Option<Spanned<RawController>>,
@@ -331,93 +337,9 @@ pub(super) struct RawAxis {
 #[serde(rename_all = "snake_case")]
 pub(super) enum RawPlant {
     /// The identified velocity plant K/(1 + τ s).
-    FirstOrder(RawFirstOrder),
+    FirstOrder(NumberTable<Plant>),
     /// The same plant from moved mass, rotating inertia and friction.
-    Mechanics(#[schemars(with = "RawMechanics")] Spanned<RawMechanics>),
-}
-
-/// The identified velocity plant K/(1 + τ s).
-#[derive(Debug, Deserialize, JsonSchema)]
-#[serde(deny_unknown_fields)]
-pub(super) struct RawFirstOrder {
-    /// Gain K: motor speed per volt, in rad/s/V.
-    #[schemars(with = "f64", extend("exclusiveMinimum" = 0))]
-    pub(super) gain_rad_s_v: Spanned<f64>,
-    /// Time constant τ, in s.
-    #[schemars(with = "f64", extend("exclusiveMinimum" = 0))]
-    pub(super) time_constant_s: Spanned<f64>,
-}
-
-/// The plant from its mechanics.
-#[derive(Debug, Deserialize, JsonSchema)]
-#[serde(deny_unknown_fields)]
-pub(super) struct RawMechanics {
-    /// Moved mass, in kg.
-    #[schemars(with = "f64", range(min = 0))]
-    pub(super) mass_kg: Spanned<f64>,
-    /// Rotating inertia (motor, coupling, screw), in kg m².
-    #[schemars(with = "f64", range(min = 0))]
-    pub(super) inertia_kg_m2: Spanned<f64>,
-    /// Viscous friction at the motor, in N m s/rad.
-    #[schemars(with = "f64", extend("exclusiveMinimum" = 0))]
-    pub(super) viscous_friction_nm_s_rad: Spanned<f64>,
-}
-
-/// Amplifier and ballscrew.
-#[derive(Debug, Default, Deserialize, JsonSchema)]
-#[serde(deny_unknown_fields)]
-pub(super) struct RawDrive {
-    /// Travel of the table per motor angle, in mm/rad. Default: 1.59.
-    #[schemars(with = "Option<f64>", extend("exclusiveMinimum" = 0))]
-    pub(super) transmission_mm_rad: Option<Spanned<f64>>,
-    /// Voltage per commanded torque, in V/(N m). Default: 1/0.716.
-    #[schemars(with = "Option<f64>", extend("exclusiveMinimum" = 0))]
-    pub(super) torque_to_voltage_v_nm: Option<Spanned<f64>>,
-    /// Output limit of the amplifier, either sign, in V. Default: 5.
-    #[schemars(with = "Option<f64>", extend("exclusiveMinimum" = 0))]
-    pub(super) voltage_limit_v: Option<Spanned<f64>>,
-}
-
-/// Gains of the PDFF controller.
-#[derive(Debug, Deserialize, JsonSchema)]
-#[serde(deny_unknown_fields)]
-pub(super) struct RawPdff {
-    /// Position gain, in rad/s/mm.
-    #[schemars(with = "f64", range(min = 0))]
-    pub(super) kpp: Spanned<f64>,
-    /// Velocity gain, in N m s/rad.
-    #[schemars(with = "f64", range(min = 0))]
-    pub(super) kpv: Spanned<f64>,
-    /// Velocity integral gain, in 1/s.
-    #[schemars(with = "f64", range(min = 0))]
-    pub(super) kiv: Spanned<f64>,
-    /// Velocity feedforward, in rad/mm; 1/transmission is full feedforward.
-    #[schemars(with = "f64", range(min = 0))]
-    pub(super) kpf: Spanned<f64>,
-    /// Fraction of the velocity command that acts directly: 1 is a PI controller, 0 pseudo-derivative feedback.
-    #[schemars(with = "f64", range(min = 0))]
-    pub(super) kvf: Spanned<f64>,
-}
-
-/// Limits of the run; a missing one is not checked.
-#[derive(Debug, Default, Deserialize, JsonSchema)]
-#[serde(deny_unknown_fields)]
-pub(super) struct RawLimits {
-    /// Largest contouring error, either side of the path, in µm.
-    #[schemars(with = "Option<f64>", extend("exclusiveMinimum" = 0))]
-    pub(super) contour_error_um: Option<Spanned<f64>>,
-    /// Largest distance to the setpoint, in µm.
-    #[schemars(with = "Option<f64>", extend("exclusiveMinimum" = 0))]
-    pub(super) tracking_error_um: Option<Spanned<f64>>,
-    /// Largest voltage of any axis, in V.
-    #[schemars(with = "Option<f64>", extend("exclusiveMinimum" = 0))]
-    pub(super) voltage_v: Option<Spanned<f64>>,
-    /// Largest acceleration along the path, in mm/s²; of each axis if the feed is axis-limited.
-    #[schemars(with = "Option<f64>", extend("exclusiveMinimum" = 0))]
-    pub(super) accel_mm_s2: Option<Spanned<f64>>,
-    /// Largest jerk along the path, in mm/s³; of each axis if the feed is axis-limited.
-    #[schemars(with = "Option<f64>", extend("exclusiveMinimum" = 0))]
-    pub(super) jerk_mm_s3: Option<Spanned<f64>>,
+    Mechanics(#[schemars(with = "NumberTable<Mechanics>")] Spanned<NumberTable<Mechanics>>),
 }
 
 /// The JSON schema of the file.

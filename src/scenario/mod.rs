@@ -53,6 +53,7 @@ mod drive_file;
 mod feed_profile;
 mod file;
 mod keys;
+mod number_table;
 mod numbers;
 mod overrides;
 mod part;

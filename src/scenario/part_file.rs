@@ -385,11 +385,14 @@ pub(super) struct RawMachine {
 #[serde(deny_unknown_fields)]
 pub(super) struct RawAxes3 {
     /// The X axis.
-    pub(super) x: RawAxis,
+    #[schemars(with = "RawAxis")]
+    pub(super) x: Spanned<RawAxis>,
     /// The Y axis.
-    pub(super) y: RawAxis,
+    #[schemars(with = "RawAxis")]
+    pub(super) y: Spanned<RawAxis>,
     /// The Z axis.
-    pub(super) z: RawAxis,
+    #[schemars(with = "RawAxis")]
+    pub(super) z: Spanned<RawAxis>,
 }
 
 /// The machining check.

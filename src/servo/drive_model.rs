@@ -3,7 +3,7 @@
 use super::compensation::{ClosedLoop, Compensation, ZeroPhase};
 use super::controller::{AnyController, Cascade, CascadeGains, PPi, PPiGains, PdffController, Pid, PidGains};
 use super::effects::Effects;
-use super::{AxisParameters, DetailedAxis, LoopSettings};
+use super::{AxisParameters, DetailedAxis, LoopSettings, Pdff};
 use crate::parameters::OutOfRange;
 
 /// The controller of an axis, with its gains.
@@ -87,6 +87,40 @@ impl ControllerGains {
                     derivative_v_s_mm: volt / r_g,
                     filter_hz: 0.25 / settings.period_s,
                 })
+            }
+        }
+    }
+}
+
+impl ControllerGains {
+    /// Gains of the PDFF controller with the same loops, the other way round of [`like`](Self::like): those of a P-PI cascade are
+    /// `kpp = kp`, `kpv = kv`, `kiv = ki`, `kpf = kf` (0 without feedforward) and `kvf = 1`.
+    ///
+    /// The loops of a PID controller are those of the larger `kp` that solves its equations, `kp² - (Kp/K_v) kp + Ki/(K_v r_g) = 0` with
+    /// `K_v = k_T kv = Kd r_g`; without a real one, of its real part. Without a derivative there is no velocity loop, and all gains are 0.
+    pub fn like_pdff(&self, axis: &AxisParameters) -> Pdff {
+        let of_loops = |loops: &PPiGains, kpf_rad_mm| Pdff {
+            kpp_rad_s_mm: loops.position_rad_s_mm,
+            kpv_nm_s_rad: loops.velocity_nm_s_rad,
+            kiv_1_s: loops.integral_1_s,
+            kpf_rad_mm,
+            kvf: 1.0,
+        };
+        match self {
+            Self::Pdff => axis.pdff,
+            Self::PPi(gains) => of_loops(gains, 0.0),
+            Self::Cascade(gains) => of_loops(&gains.loops, gains.velocity_rad_mm),
+            Self::Pid(gains) => {
+                let r_g = axis.drive.transmission_mm_rad;
+                let volt = gains.derivative_v_s_mm * r_g;
+                if !(volt > 0.0) {
+                    return Pdff { kpp_rad_s_mm: 0.0, kpv_nm_s_rad: 0.0, kiv_1_s: 0.0, kpf_rad_mm: 0.0, kvf: 1.0 };
+                }
+                let (sum, product) = (gains.proportional_v_mm / volt, gains.integral_v_mm_s / volt);
+                let kp = 0.5 * (sum + (sum * sum - 4.0 * product / r_g).max(0.0).sqrt());
+                let ki = if kp > 0.0 { product / kp } else { 0.0 };
+                let kv = volt / axis.drive.torque_to_voltage_v_nm;
+                of_loops(&PPiGains { position_rad_s_mm: kp, velocity_nm_s_rad: kv, integral_1_s: ki }, 0.0)
             }
         }
     }

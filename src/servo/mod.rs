@@ -40,5 +40,5 @@ pub use detailed_axis::{DetailedAxis, DriveSignals};
 pub use drive_model::{ControllerGains, ControllerKind, DriveModel};
 pub use lockup::{Lockup, LockupKind, LockupWatch};
 pub(crate) use mechanics::LinearMachine;
-pub use parameters::{AxisParameters, Derivative, Drive, LoopSettings, Pdff, Plant};
+pub use parameters::{AxisParameters, Derivative, Drive, LoopSettings, Mechanics, Pdff, Plant};
 pub use reference::{Axis, AxisReference};

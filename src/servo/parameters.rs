@@ -11,24 +11,27 @@ pub struct Plant {
     pub time_constant_s: f64,
 }
 
-parameters!(Plant {
-    gain_rad_s_v: Parameter::new(
-        "plant.first_order.gain_rad_s_v",
-        "rad/s/V",
-        Range::POSITIVE,
-        "Gain K of the velocity plant K/(1 + τ s): motor speed per volt",
-    )
-    .logarithmic(1.0, 1000.0)
-    .hint("give the motor's speed per volt in rad/s/V, such as 83.0"),
-    time_constant_s: Parameter::new(
-        "plant.first_order.time_constant_s",
-        "s",
-        Range::POSITIVE,
-        "Time constant τ of the velocity plant",
-    )
-    .logarithmic(0.001, 10.0)
-    .hint("give the plant's time constant in seconds, such as 0.2"),
-});
+parameters!(
+    "Identified velocity plant K/(1 + τ s)",
+    Plant {
+        gain_rad_s_v: Parameter::new(
+            "plant.first_order.gain_rad_s_v",
+            "rad/s/V",
+            Range::POSITIVE,
+            "Gain K of the velocity plant K/(1 + τ s): motor speed per volt",
+        )
+        .logarithmic(1.0, 1000.0)
+        .hint("give the motor's speed per volt in rad/s/V, such as 83.0"),
+        time_constant_s: Parameter::new(
+            "plant.first_order.time_constant_s",
+            "s",
+            Range::POSITIVE,
+            "Time constant τ of the velocity plant",
+        )
+        .logarithmic(0.001, 10.0)
+        .hint("give the plant's time constant in seconds, such as 0.2"),
+    }
+);
 
 impl Plant {
     /// The plant of an axis given by its mechanics: `J ω' + B ω = T` with `J = J_m + m r_g²` and `T = u / k_T`, so that
@@ -56,6 +59,45 @@ impl Plant {
     }
 }
 
+/// An axis by its mechanics, what [`Plant::from_mechanics`] takes.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Mechanics {
+    /// Moved mass `m` \[kg\], not negative.
+    pub mass_kg: f64,
+    /// Rotating inertia `J_m` \[kg m²\], not negative.
+    pub inertia_kg_m2: f64,
+    /// Viscous friction `B` at the motor \[N m s/rad\], positive.
+    pub viscous_friction_nm_s_rad: f64,
+}
+
+/// What to do about a value of the mechanics.
+const MECHANICS: &str = "units are in the key's name: kg, kg m², N m s/rad";
+
+parameters!(
+    "Motor and mechanics: the same plant from moved mass, rotating inertia and friction",
+    Mechanics {
+        mass_kg: Parameter::new("plant.mechanics.mass_kg", "kg", Range::FROM_ZERO, "Moved mass")
+            .logarithmic(1.0, 1000.0)
+            .hint(MECHANICS),
+        inertia_kg_m2: Parameter::new(
+            "plant.mechanics.inertia_kg_m2",
+            "kg m²",
+            Range::FROM_ZERO,
+            "Rotating inertia of motor, coupling and screw",
+        )
+        .logarithmic(1e-6, 0.1)
+        .hint(MECHANICS),
+        viscous_friction_nm_s_rad: Parameter::new(
+            "plant.mechanics.viscous_friction_nm_s_rad",
+            "N m s/rad",
+            Range::ABOVE_ZERO,
+            "Viscous friction at the motor",
+        )
+        .logarithmic(1e-5, 1.0)
+        .hint(MECHANICS),
+    }
+);
+
 /// What lies between the controller's torque and the table: amplifier and ballscrew.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Drive {
@@ -67,35 +109,38 @@ pub struct Drive {
     pub voltage_limit_v: f64,
 }
 
-parameters!(Drive {
-    transmission_mm_rad: Parameter::new(
-        "drive.transmission_mm_rad",
-        "mm/rad",
-        Range::POSITIVE,
-        "Travel of the table per motor angle",
-    )
-    .or(1.59)
-    .logarithmic(0.1, 10.0)
-    .hint("give the travel per motor angle in mm/rad: the screw's lead divided by 2π"),
-    torque_to_voltage_v_nm: Parameter::new(
-        "drive.torque_to_voltage_v_nm",
-        "V/(N m)",
-        Range::POSITIVE,
-        "Voltage per commanded torque",
-    )
-    .otherwise("1/0.716")
-    .logarithmic(0.1, 100.0)
-    .hint("give the voltage per torque in V/(N m), such as 1.4"),
-    voltage_limit_v: Parameter::new(
-        "drive.voltage_limit_v",
-        "V",
-        Range::POSITIVE,
-        "Output limit of the amplifier, either sign",
-    )
-    .or(5.0)
-    .logarithmic(0.5, 50.0)
-    .hint("give the amplifier's largest voltage in V, such as 5"),
-});
+parameters!(
+    "Amplifier and ballscrew",
+    Drive {
+        transmission_mm_rad: Parameter::new(
+            "drive.transmission_mm_rad",
+            "mm/rad",
+            Range::POSITIVE,
+            "Travel of the table per motor angle",
+        )
+        .or(1.59)
+        .logarithmic(0.1, 10.0)
+        .hint("give the travel per motor angle in mm/rad: the screw's lead divided by 2π"),
+        torque_to_voltage_v_nm: Parameter::new(
+            "drive.torque_to_voltage_v_nm",
+            "V/(N m)",
+            Range::POSITIVE,
+            "Voltage per commanded torque",
+        )
+        .otherwise("1/0.716")
+        .logarithmic(0.1, 100.0)
+        .hint("give the voltage per torque in V/(N m), such as 1.4"),
+        voltage_limit_v: Parameter::new(
+            "drive.voltage_limit_v",
+            "V",
+            Range::POSITIVE,
+            "Output limit of the amplifier, either sign",
+        )
+        .or(5.0)
+        .logarithmic(0.5, 50.0)
+        .hint("give the amplifier's largest voltage in V, such as 5"),
+    }
+);
 
 impl Default for Drive {
     /// The drive of the paper: 1.59 mm/rad, 1/0.716 V/(N m), ±5 V.
@@ -122,33 +167,36 @@ pub struct Pdff {
 /// What to do about a gain out of its range.
 const GAINS: &str = "gains are zero or positive; the paper's are kpp 97, kpv 1.2, kiv 253, kpf 0.8, kvf 0.85";
 
-parameters!(Pdff {
-    kpp_rad_s_mm: Parameter::new("pdff.kpp", "rad/s/mm", Range::NOT_NEGATIVE, "Position gain")
-        .logarithmic(1.0, 500.0)
+parameters!(
+    "Gains of the PDFF controller",
+    Pdff {
+        kpp_rad_s_mm: Parameter::new("pdff.kpp", "rad/s/mm", Range::NOT_NEGATIVE, "Position gain")
+            .logarithmic(1.0, 500.0)
+            .hint(GAINS),
+        kpv_nm_s_rad: Parameter::new("pdff.kpv", "N m s/rad", Range::NOT_NEGATIVE, "Velocity gain")
+            .logarithmic(0.01, 10.0)
+            .hint(GAINS),
+        kiv_1_s: Parameter::new("pdff.kiv", "1/s", Range::NOT_NEGATIVE, "Velocity integral gain")
+            .linear(0.0, 1000.0)
+            .hint(GAINS),
+        kpf_rad_mm: Parameter::new(
+            "pdff.kpf",
+            "rad/mm",
+            Range::NOT_NEGATIVE,
+            "Velocity feedforward; 1/transmission_mm_rad is full feedforward",
+        )
+        .linear(0.0, 2.0)
         .hint(GAINS),
-    kpv_nm_s_rad: Parameter::new("pdff.kpv", "N m s/rad", Range::NOT_NEGATIVE, "Velocity gain")
-        .logarithmic(0.01, 10.0)
+        kvf: Parameter::new(
+            "pdff.kvf",
+            "",
+            Range::NOT_NEGATIVE,
+            "Fraction of the velocity command that acts directly: 1 is a PI controller, 0 pseudo-derivative feedback",
+        )
+        .linear(0.0, 2.0)
         .hint(GAINS),
-    kiv_1_s: Parameter::new("pdff.kiv", "1/s", Range::NOT_NEGATIVE, "Velocity integral gain")
-        .linear(0.0, 1000.0)
-        .hint(GAINS),
-    kpf_rad_mm: Parameter::new(
-        "pdff.kpf",
-        "rad/mm",
-        Range::NOT_NEGATIVE,
-        "Velocity feedforward; 1/transmission_mm_rad is full feedforward",
-    )
-    .linear(0.0, 2.0)
-    .hint(GAINS),
-    kvf: Parameter::new(
-        "pdff.kvf",
-        "",
-        Range::NOT_NEGATIVE,
-        "Fraction of the velocity command that acts directly: 1 is a PI controller, 0 pseudo-derivative feedback",
-    )
-    .linear(0.0, 2.0)
-    .hint(GAINS),
-});
+    }
+);
 
 /// One axis: plant, drive and controller.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -184,21 +232,24 @@ pub struct LoopSettings {
     pub one_sample_delay: bool,
 }
 
-parameters!(LoopSettings {
-    period_s: Parameter::new("control.period_s", "s", Range::POSITIVE, "Control period")
-        .or(0.001)
-        .logarithmic(5e-5, 0.01)
-        .hint("give the control period in seconds, such as 0.001"),
-    settling_s: Parameter::new(
-        "control.settling_s",
-        "s",
-        Range::NOT_NEGATIVE,
-        "How long the run continues after the last setpoint",
-    )
-    .or(0.1)
-    .linear(0.0, 1.0)
-    .hint("give the time to go on after the last setpoint in seconds, such as 0.1"),
-});
+parameters!(
+    "How the servo loop is sampled",
+    LoopSettings {
+        period_s: Parameter::new("control.period_s", "s", Range::POSITIVE, "Control period")
+            .or(0.001)
+            .logarithmic(5e-5, 0.01)
+            .hint("give the control period in seconds, such as 0.001"),
+        settling_s: Parameter::new(
+            "control.settling_s",
+            "s",
+            Range::NOT_NEGATIVE,
+            "How long the run continues after the last setpoint",
+        )
+        .or(0.1)
+        .linear(0.0, 1.0)
+        .hint("give the time to go on after the last setpoint in seconds, such as 0.1"),
+    }
+);
 
 impl Default for LoopSettings {
     /// 1 ms, 0.1 s of settling, backward difference, no delay.
@@ -207,24 +258,17 @@ impl Default for LoopSettings {
     }
 }
 
-/// Largest magnitude of any parameter, and its inverse the smallest of those that are divided by: beyond them the sums and
-/// quotients of the loop could overflow.
+/// Largest magnitude of any parameter: beyond it the sums and products of the loop could overflow.
 pub(super) const LARGEST: f64 = 1e9;
 
-pub(super) fn positive(name: &'static str, value: f64) -> Result<(), OutOfRange> {
-    let needed = "a positive number, from 1e-9 to 1e9";
-    if (1.0 / LARGEST..=LARGEST).contains(&value) { Ok(()) } else { Err(OutOfRange::new(name, value, needed)) }
-}
-
-pub(super) fn not_negative(name: &'static str, value: f64) -> Result<(), OutOfRange> {
-    let needed = "zero or a positive finite number, at most 1e9";
-    if (0.0..=LARGEST).contains(&value) { Ok(()) } else { Err(OutOfRange::new(name, value, needed)) }
-}
-
-/// A sampled filter with a higher corner does nothing that it could be told by.
-pub(super) fn at_most_nyquist(name: &'static str, frequency_hz: f64, period_s: f64) -> Result<(), OutOfRange> {
+/// A sampled filter with a higher corner has no effect that could be seen.
+pub(super) fn at_most_nyquist<T: Parameters>(
+    name: &'static str,
+    frequency_hz: f64,
+    period_s: f64,
+) -> Result<(), OutOfRange> {
     let needed = "at most the Nyquist frequency, half of 1/period_s";
-    if frequency_hz * period_s <= 0.5 { Ok(()) } else { Err(OutOfRange::new(name, frequency_hz, needed)) }
+    if frequency_hz * period_s <= 0.5 { Ok(()) } else { Err(T::refuse(name, frequency_hz, needed)) }
 }
 
 impl AxisParameters {

@@ -6,7 +6,7 @@ use std::f64::consts::PI;
 use crate::common::drive::{Bench, DT, axis, open, real};
 use nalgebra::Complex;
 use servosim::servo::compensation::{
-    Biquad, ClosedLoop, Compensation, CrossCoupling, CrossCouplingGains, Filter, ZeroPhase,
+    Biquad, ClosedLoop, Compensation, CrossCoupling, CrossCouplingGains, Filter, LowPass, Notch, ZeroPhase,
 };
 use servosim::servo::controller::{AnyController, Cascade, CascadeGains, PPi, PPiGains, Pid, PidGains};
 use servosim::servo::effects::{
@@ -264,8 +264,8 @@ fn validates_stuck_time_and_spike_of_a_reversal() {
 fn validates_filters_against_their_response() {
     let (f0, depth, damping) = (150.0, 0.05, 0.4);
     let w = |f: f64| libm::tan(PI * f * DT) / libm::tan(PI * f0 * DT);
-    let notch = Filter::Notch { frequency_hz: f0, depth, damping };
-    let low_pass = Filter::LowPass { frequency_hz: f0, damping };
+    let notch = Filter::Notch(Notch { frequency_hz: f0, depth, damping });
+    let low_pass = Filter::LowPass(LowPass { frequency_hz: f0, damping });
     for (filter, top) in [(notch, 2.0 * depth * damping), (low_pass, 0.0)] {
         let mut biquad = Biquad::new(&filter, DT).expect("below Nyquist");
         let impulse: Vec<f64> = (0..400).map(|k| biquad.step(if k == 0 { 1.0 } else { 0.0 })).collect();
@@ -408,7 +408,7 @@ fn refuses_what_no_drive_has() {
         let error = effects.check(&axis(), &LoopSettings::default()).expect_err(says).to_string();
         assert!(error.contains(says), "{error}");
     }
-    let notch = Filter::Notch { frequency_hz: 600.0, depth: 0.1, damping: 0.5 };
+    let notch = Filter::Notch(Notch { frequency_hz: 600.0, depth: 0.1, damping: 0.5 });
     let error = Biquad::new(&notch, DT).expect_err("above Nyquist").to_string();
     assert!(error.contains("Nyquist"), "{error}");
     assert!(LookupTable::new([(1.0, 0.0), (1.0, 1.0)], None).is_err() && LookupTable::new([], None).is_err());

@@ -5,7 +5,7 @@ use rand::{RngExt, SeedableRng};
 use rand_xoshiro::Xoshiro256PlusPlus;
 use servosim::analysis::{DriveLoop, Feedforward, Linearized, LoopMetrics};
 use servosim::scenario::Scenario;
-use servosim::servo::compensation::{BacklashCompensation, Filter};
+use servosim::servo::compensation::{BacklashCompensation, Filter, Notch};
 use servosim::servo::effects::{Backlash, Delay, EncoderPlace, Mismatch, Noise, TwoMass};
 use servosim::servo::{
     AxisParameters, ControllerGains, ControllerKind, Derivative, Drive, DriveModel, LoopSettings, Pdff, Plant,
@@ -187,7 +187,7 @@ fn validates_the_resonance_of_two_masses() {
 fn validates_that_a_notch_takes_its_frequency_out_of_the_loop() {
     let alpha = Scenario::builtin("alpha").unwrap();
     let mut drive = DriveModel::default();
-    drive.compensation.filters.push(Filter::Notch { frequency_hz: 200.0, depth: 0.05, damping: 0.4 });
+    drive.compensation.filters.push(Filter::Notch(Notch { frequency_hz: 200.0, depth: 0.05, damping: 0.4 }));
     let with = DriveLoop::new(&alpha.axes[0], &drive, &alpha.settings).unwrap();
     let without = DriveLoop::model(&alpha.axes[0], &alpha.settings);
     let omega = std::f64::consts::TAU * 200.0;
@@ -243,11 +243,11 @@ fn no_number_panics_and_bad_ones_are_refused() {
         let settings = LoopSettings { period_s: any().min(1.0), ..alpha.settings };
         let mut drive = unlike_a_model();
         drive.effects.delay = Some(Delay { samples: 2.5 });
-        drive.compensation.filters.push(Filter::Notch {
+        drive.compensation.filters.push(Filter::Notch(Notch {
             frequency_hz: 0.1 / settings.period_s,
             depth: 0.0,
             damping: 0.5,
-        });
+        }));
         let Ok(found) = DriveLoop::new(&axis, &drive, &settings) else { continue };
         // A loop that takes ages to anti_windup is not run.
         if found.is_stable() && found.pole_radius() > 1.0 - 1e-4 {

@@ -12,7 +12,7 @@ use servosim::measure::{
 };
 use servosim::parameters::OutOfRange;
 use servosim::scenario::Scenario;
-use servosim::servo::compensation::{Compensation, Filter};
+use servosim::servo::compensation::{Compensation, Filter, LowPass, Notch};
 use servosim::servo::effects::{
     Backlash, Coulomb, CurrentLoop, Delay, Encoder, EncoderPlace, Friction, Harmonic, Mismatch, TorqueRipple, TwoMass,
     VelocityEstimate,
@@ -274,9 +274,13 @@ fn validates_every_linear_effect_against_the_analysis() {
         }
     }
     cases[3].drives[0].effects.two_mass = Some(two_mass);
-    cases[3].drives[0].compensation.filters.push(Filter::Notch { frequency_hz: 150.0, depth: 0.2, damping: 0.5 });
+    cases[3].drives[0].compensation.filters.push(Filter::Notch(Notch {
+        frequency_hz: 150.0,
+        depth: 0.2,
+        damping: 0.5,
+    }));
     cases[3].drives[1].effects.current_loop = Some(CurrentLoop { bandwidth_hz: 300.0 });
-    cases[3].drives[1].compensation.filters.push(Filter::LowPass { frequency_hz: 300.0, damping: 0.7 });
+    cases[3].drives[1].compensation.filters.push(Filter::LowPass(LowPass { frequency_hz: 300.0, damping: 0.7 }));
     cases[4].drives[0].effects.two_mass = Some(two_mass);
     cases[4].drives[0].effects.delay = Some(Delay { samples: 1.4 });
     cases[4].drives[1].effects.encoder = encoder(EncoderPlace::Motor, VelocityEstimate::LowPass { corner_hz: 200.0 });

@@ -1,9 +1,7 @@
 //! Notch and low-pass filters.
 
-use crate::parameters::OutOfRange;
+use crate::parameters::{OutOfRange, Parameter, Parameters, Range, parameters};
 use std::f64::consts::PI;
-
-use crate::servo::parameters::positive;
 
 /// A filter of the torque command, second order, made discrete by the bilinear transform prewarped at its frequency: there, the
 /// discrete filter does exactly what the continuous one does.
@@ -13,22 +11,65 @@ use crate::servo::parameters::positive;
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Filter {
     /// `(s² + 2 d ζ ω_0 s + ω_0²)/(s² + 2 ζ ω_0 s + ω_0²)`.
-    Notch {
-        /// Centre `ω_0/2π` \[Hz\], below [`Self::HIGHEST`] of the sampling rate.
-        frequency_hz: f64,
-        /// What is left at the centre, `d`: from 0 (nothing) to 1 (all).
-        depth: f64,
-        /// `ζ`, positive: the width between the -3 dB points of a deep notch is `2 ζ` of the frequency.
-        damping: f64,
-    },
+    Notch(Notch),
     /// `ω_0²/(s² + 2 ζ ω_0 s + ω_0²)`.
-    LowPass {
-        /// Corner `ω_0/2π` \[Hz\], below [`Self::HIGHEST`] of the sampling rate.
-        frequency_hz: f64,
-        /// `ζ`, positive; 0.7071 for a Butterworth filter.
-        damping: f64,
-    },
+    LowPass(LowPass),
 }
+
+/// A notch.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Notch {
+    /// Centre `ω_0/2π` \[Hz\], below [`Filter::HIGHEST`] of the sampling rate.
+    pub frequency_hz: f64,
+    /// What is left at the centre, `d`: from 0 (nothing) to 1 (all).
+    pub depth: f64,
+    /// `ζ`, positive: the width between the -3 dB points of a deep notch is `2 ζ` of the frequency.
+    pub damping: f64,
+}
+
+parameters!(
+    "Notch filter of the torque",
+    Notch {
+        frequency_hz: Parameter::new(
+            "compensation.notch.frequency_hz",
+            "Hz",
+            Range::POSITIVE,
+            "Centre, below 0.499 of the sampling rate",
+        )
+        .logarithmic(10.0, 2000.0),
+        depth: Parameter::new("compensation.notch.depth", "", Range::closed(0.0, 1.0), "Gain at the centre")
+            .or(0.0)
+            .linear(0.0, 1.0),
+        damping: Parameter::new("compensation.notch.damping", "", Range::POSITIVE, "Half the width over the frequency")
+            .or(0.5)
+            .linear(0.05, 1.0),
+    }
+);
+
+/// A low pass.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct LowPass {
+    /// Corner `ω_0/2π` \[Hz\], below [`Filter::HIGHEST`] of the sampling rate.
+    pub frequency_hz: f64,
+    /// `ζ`, positive; 0.7071 for a Butterworth filter.
+    pub damping: f64,
+}
+
+parameters!(
+    "Low pass of the torque, second order",
+    LowPass {
+        frequency_hz: Parameter::new(
+            "compensation.low_pass.frequency_hz",
+            "Hz",
+            Range::POSITIVE,
+            "Corner, below 0.499 of the sampling rate",
+        )
+        .logarithmic(10.0, 2000.0),
+        damping: Parameter::new("compensation.low_pass.damping", "", Range::POSITIVE, "Damping; 0.7071: Butterworth")
+            .or(std::f64::consts::FRAC_1_SQRT_2)
+            .linear(0.2, 1.5),
+    }
+);
 
 impl Filter {
     /// Share of the sampling rate that the frequency stays below: at half of it, the Nyquist frequency, there is no such filter.
@@ -39,22 +80,20 @@ impl Filter {
     /// # Errors
     /// Names the first one that is not.
     pub fn check(&self, period_s: f64) -> Result<(), OutOfRange> {
-        let (name, frequency_hz, damping) = match *self {
-            Self::Notch { frequency_hz, depth, damping } => {
-                if !(0.0..=1.0).contains(&depth) {
-                    return Err(OutOfRange::new("depth of the notch", depth, "from 0 to 1"));
-                }
-                ("frequency_hz of the notch", frequency_hz, damping)
+        let needed = "below 0.499/period_s, which is just below the Nyquist frequency";
+        let is_below = |frequency_hz: f64| frequency_hz * period_s < Self::HIGHEST;
+        match self {
+            Self::Notch(notch) => {
+                notch.check_ranges()?;
+                let frequency_hz = notch.frequency_hz;
+                if is_below(frequency_hz) { Ok(()) } else { Err(Notch::refuse("frequency_hz", frequency_hz, needed)) }
             }
-            Self::LowPass { frequency_hz, damping } => ("frequency_hz of the low pass", frequency_hz, damping),
-        };
-        positive(name, frequency_hz)?;
-        positive("damping of the filter", damping)?;
-        if !(frequency_hz * period_s < Self::HIGHEST) {
-            let needed = "below 0.499/period_s, which is just below the Nyquist frequency";
-            return Err(OutOfRange::new(name, frequency_hz, needed));
+            Self::LowPass(low_pass) => {
+                low_pass.check_ranges()?;
+                let frequency_hz = low_pass.frequency_hz;
+                if is_below(frequency_hz) { Ok(()) } else { Err(LowPass::refuse("frequency_hz", frequency_hz, needed)) }
+            }
         }
-        Ok(())
     }
 }
 
@@ -73,17 +112,18 @@ impl Biquad {
     /// A parameter out of its range.
     pub fn new(filter: &Filter, period_s: f64) -> Result<Self, OutOfRange> {
         filter.check(period_s)?;
-        let (Filter::Notch { frequency_hz, damping, .. } | Filter::LowPass { frequency_hz, damping }) = *filter;
+        let (Filter::Notch(Notch { frequency_hz, damping, .. }) | Filter::LowPass(LowPass { frequency_hz, damping })) =
+            *filter;
         // s/ω_0 = (1 - z⁻¹)/(1 + z⁻¹)/w
         let w = libm::tan(PI * frequency_hz * period_s);
         let scale = 1.0 / (1.0 + 2.0 * damping * w + w * w);
         let a = [2.0 * (w * w - 1.0) * scale, (1.0 - 2.0 * damping * w + w * w) * scale];
         let b = match *filter {
-            Filter::Notch { depth, .. } => {
+            Filter::Notch(Notch { depth, .. }) => {
                 let middle = 2.0 * depth * damping * w;
                 [(1.0 + middle + w * w) * scale, a[0], (1.0 - middle + w * w) * scale]
             }
-            Filter::LowPass { .. } => [w * w * scale, 2.0 * w * w * scale, w * w * scale],
+            Filter::LowPass(_) => [w * w * scale, 2.0 * w * w * scale, w * w * scale],
         };
         Ok(Self { b, a, state: [0.0; 2] })
     }

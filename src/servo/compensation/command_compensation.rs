@@ -1,9 +1,8 @@
 //! Feedforward of torque, and shifts of the command against what the screw does.
 
 use super::Compensation;
-use crate::parameters::OutOfRange;
+use crate::parameters::{OutOfRange, Parameter, Parameters, Range, parameters};
 use crate::servo::effects::PitchError;
-use crate::servo::parameters::{not_negative, positive};
 use crate::servo::{AxisParameters, AxisReference};
 
 /// Commands that are slower than this are at rest \[mm/s\]: a compensation takes no sign of their velocity. The backward difference of a
@@ -19,13 +18,27 @@ pub struct AccelerationFeedforward {
     pub share: f64,
 }
 
+parameters!(
+    "Torque for the commanded acceleration",
+    AccelerationFeedforward {
+        share: Parameter::new(
+            "compensation.acceleration.share",
+            "",
+            Range::NOT_NEGATIVE,
+            "Fraction of the torque that the model needs",
+        )
+        .or(1.0)
+        .linear(0.0, 1.5),
+    }
+);
+
 impl AccelerationFeedforward {
     /// The share in its range.
     ///
     /// # Errors
     /// It is not.
     pub fn check(&self) -> Result<(), OutOfRange> {
-        not_negative("share of the acceleration feedforward", self.share)
+        self.check_ranges()
     }
 }
 
@@ -41,14 +54,34 @@ pub struct FrictionFeedforward {
     pub smoothing_mm_s: f64,
 }
 
+parameters!(
+    "Torque for the friction in the commanded direction",
+    FrictionFeedforward {
+        coulomb_nm: Parameter::new(
+            "compensation.friction.coulomb_nm",
+            "N m",
+            Range::NOT_NEGATIVE,
+            "Known Coulomb friction",
+        )
+        .linear(0.0, 1.0),
+        smoothing_mm_s: Parameter::new(
+            "compensation.friction.smoothing_mm_s",
+            "mm/s",
+            Range::POSITIVE,
+            "Commanded speed from which the full torque is applied",
+        )
+        .or(1.0)
+        .logarithmic(0.01, 100.0),
+    }
+);
+
 impl FrictionFeedforward {
     /// Both in their range.
     ///
     /// # Errors
     /// One is not.
     pub fn check(&self) -> Result<(), OutOfRange> {
-        not_negative("coulomb_nm of the feedforward", self.coulomb_nm)?;
-        positive("smoothing_mm_s", self.smoothing_mm_s)
+        self.check_ranges()
     }
 }
 
@@ -64,14 +97,29 @@ pub struct BacklashCompensation {
     pub time_constant_s: f64,
 }
 
+parameters!(
+    "Offset of the command against backlash",
+    BacklashCompensation {
+        gap_um: Parameter::new("compensation.backlash.gap_um", "µm", Range::POSITIVE, "Known width of the backlash")
+            .logarithmic(0.1, 100.0),
+        time_constant_s: Parameter::new(
+            "compensation.backlash.time_constant_s",
+            "s",
+            Range::NOT_NEGATIVE,
+            "Time constant of the offset; 0: a step",
+        )
+        .or(0.0)
+        .linear(0.0, 0.05),
+    }
+);
+
 impl BacklashCompensation {
     /// Both in their range.
     ///
     /// # Errors
     /// One is not.
     pub fn check(&self) -> Result<(), OutOfRange> {
-        positive("gap_um of the compensation", self.gap_um)?;
-        not_negative("time_constant_s of the compensation", self.time_constant_s)
+        self.check_ranges()
     }
 }
 

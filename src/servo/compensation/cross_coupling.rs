@@ -1,7 +1,6 @@
 //! Cross-coupled contour control.
 
-use crate::parameters::OutOfRange;
-use crate::servo::parameters::{not_negative, positive};
+use crate::parameters::{OutOfRange, Parameter, Parameters, Range, parameters};
 
 /// Gains of [`CrossCoupling`], none negative.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -16,16 +15,46 @@ pub struct CrossCouplingGains {
     pub limit_um: f64,
 }
 
+parameters!(
+    "Cross-coupled contour control: an offset of the commands against the contouring error itself",
+    CrossCouplingGains {
+        proportional: Parameter::new(
+            "control.cross_coupling.proportional",
+            "",
+            Range::NOT_NEGATIVE,
+            "Offset of the command per contouring error",
+        )
+        .linear(0.0, 2.0),
+        integral_1_s: Parameter::new(
+            "control.cross_coupling.integral_1_s",
+            "1/s",
+            Range::NOT_NEGATIVE,
+            "Offset per integral of the contouring error",
+        )
+        .or(0.0)
+        .linear(0.0, 100.0),
+        derivative_s: Parameter::new(
+            "control.cross_coupling.derivative_s",
+            "s",
+            Range::NOT_NEGATIVE,
+            "Offset per rate of the contouring error",
+        )
+        .or(0.0)
+        .linear(0.0, 0.02),
+        limit_um:
+            Parameter::new("control.cross_coupling.limit_um", "µm", Range::POSITIVE, "Largest offset of an axis",)
+                .or(100.0)
+                .logarithmic(1.0, 1000.0),
+    }
+);
+
 impl CrossCouplingGains {
     /// Every gain in its range.
     ///
     /// # Errors
     /// Names the first one that is not.
     pub fn check(&self) -> Result<(), OutOfRange> {
-        not_negative("proportional", self.proportional)?;
-        not_negative("integral_1_s", self.integral_1_s)?;
-        not_negative("derivative_s", self.derivative_s)?;
-        positive("limit_um", self.limit_um)
+        self.check_ranges()
     }
 }
 

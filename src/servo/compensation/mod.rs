@@ -6,7 +6,7 @@ mod cross_coupling;
 mod zero_phase;
 
 use crate::parameters::OutOfRange;
-pub use biquad::{Biquad, Filter};
+pub use biquad::{Biquad, Filter, LowPass, Notch};
 pub(in crate::servo) use command_compensation::Compensator;
 pub use command_compensation::{AccelerationFeedforward, BacklashCompensation, FrictionFeedforward, STANDSTILL_MM_S};
 pub use cross_coupling::{CrossCoupling, CrossCouplingGains};

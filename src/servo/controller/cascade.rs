@@ -1,8 +1,8 @@
 //! The cascade with feedforward.
 
+use super::p_pi::{INTEGRAL, POSITION, VELOCITY};
 use super::{ControlOutput, Controller, Feedback, PPi, PPiGains};
-use crate::parameters::OutOfRange;
-use crate::servo::parameters::not_negative;
+use crate::parameters::{OutOfRange, Parameter, Parameters, Range, parameters};
 use crate::servo::{AxisParameters, AxisReference};
 
 /// Gains of [`Cascade`], none negative.
@@ -17,6 +17,36 @@ pub struct CascadeGains {
     /// Torque per commanded acceleration `ka` \[N m s²/mm\]; `J/r_g` is all of it.
     pub acceleration_nm_s2_mm: f64,
 }
+
+parameters!("Position P, velocity PI, feedforward of velocity, viscous friction and acceleration", CascadeGains {
+    loops.position_rad_s_mm: POSITION.at("controller.cascade.position_rad_s_mm"),
+    loops.velocity_nm_s_rad: VELOCITY.at("controller.cascade.velocity_nm_s_rad"),
+    loops.integral_1_s: INTEGRAL.at("controller.cascade.integral_1_s"),
+    velocity_rad_mm: Parameter::new(
+        "controller.cascade.velocity_rad_mm",
+        "rad/mm",
+        Range::NOT_NEGATIVE,
+        "Velocity feedforward",
+    )
+    .otherwise("1/transmission_mm_rad, all of it")
+    .linear(0.0, 2.0),
+    viscous_nm_s_mm: Parameter::new(
+        "controller.cascade.viscous_nm_s_mm",
+        "N m s/mm",
+        Range::NOT_NEGATIVE,
+        "Torque per commanded velocity",
+    )
+    .otherwise("that of the plant's viscous friction")
+    .logarithmic(1e-5, 0.1),
+    acceleration_nm_s2_mm: Parameter::new(
+        "controller.cascade.acceleration_nm_s2_mm",
+        "N m s²/mm",
+        Range::NOT_NEGATIVE,
+        "Torque per commanded acceleration",
+    )
+    .otherwise("that of the plant's inertia")
+    .logarithmic(1e-6, 0.01),
+});
 
 impl CascadeGains {
     /// All of the feedforward that the model of the axis asks for.
@@ -35,10 +65,7 @@ impl CascadeGains {
     /// # Errors
     /// Names the first one that is not.
     pub fn check(&self) -> Result<(), OutOfRange> {
-        self.loops.check()?;
-        not_negative("velocity_rad_mm", self.velocity_rad_mm)?;
-        not_negative("viscous_nm_s_mm", self.viscous_nm_s_mm)?;
-        not_negative("acceleration_nm_s2_mm", self.acceleration_nm_s2_mm)
+        self.check_ranges()
     }
 }
 

@@ -1,9 +1,8 @@
 //! Position P around velocity PI: what most drives do.
 
 use super::{ControlOutput, Controller, Feedback, Integral};
-use crate::parameters::OutOfRange;
+use crate::parameters::{OutOfRange, Parameter, Parameters, Range, parameters};
 use crate::servo::AxisReference;
-use crate::servo::parameters::not_negative;
 
 /// Gains of [`PPi`], none negative.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -16,15 +15,36 @@ pub struct PPiGains {
     pub integral_1_s: f64,
 }
 
+/// Position gain of a cascade.
+pub(super) const POSITION: Parameter =
+    Parameter::new("controller.p_pi.position_rad_s_mm", "rad/s/mm", Range::NOT_NEGATIVE, "Position gain")
+        .otherwise("`pdff.kpp`")
+        .logarithmic(1.0, 500.0);
+
+/// Velocity gain of a cascade.
+pub(super) const VELOCITY: Parameter =
+    Parameter::new("controller.p_pi.velocity_nm_s_rad", "N m s/rad", Range::NOT_NEGATIVE, "Velocity gain")
+        .otherwise("`pdff.kpv`")
+        .logarithmic(0.01, 10.0);
+
+/// Velocity integral gain of a cascade.
+pub(super) const INTEGRAL: Parameter =
+    Parameter::new("controller.p_pi.integral_1_s", "1/s", Range::NOT_NEGATIVE, "Velocity integral gain")
+        .otherwise("`pdff.kiv`")
+        .linear(0.0, 1000.0);
+
+parameters!(
+    "Position P, velocity PI",
+    PPiGains { position_rad_s_mm: POSITION, velocity_nm_s_rad: VELOCITY, integral_1_s: INTEGRAL }
+);
+
 impl PPiGains {
     /// Every gain in its range.
     ///
     /// # Errors
     /// Names the first one that is not.
     pub fn check(&self) -> Result<(), OutOfRange> {
-        not_negative("position_rad_s_mm", self.position_rad_s_mm)?;
-        not_negative("velocity_nm_s_rad", self.velocity_nm_s_rad)?;
-        not_negative("integral_1_s", self.integral_1_s)
+        self.check_ranges()
     }
 }
 

@@ -1,8 +1,8 @@
 //! Position PID.
 
 use super::{ControlOutput, Controller, Feedback, Integral};
-use crate::parameters::OutOfRange;
-use crate::servo::parameters::{at_most_nyquist, not_negative, positive};
+use crate::parameters::{OutOfRange, Parameter, Parameters, Range, parameters};
+use crate::servo::parameters::at_most_nyquist;
 use crate::servo::{AxisReference, Drive};
 
 /// Gains of [`Pid`], none negative.
@@ -18,17 +18,52 @@ pub struct PidGains {
     pub filter_hz: f64,
 }
 
+parameters!(
+    "Position PID with a filtered derivative",
+    PidGains {
+        proportional_v_mm: Parameter::new(
+            "controller.pid.proportional_v_mm",
+            "V/mm",
+            Range::NOT_NEGATIVE,
+            "Proportional gain",
+        )
+        .otherwise("that of the loops of `pdff`")
+        .logarithmic(1.0, 1000.0),
+        integral_v_mm_s: Parameter::new(
+            "controller.pid.integral_v_mm_s",
+            "V/(mm s)",
+            Range::NOT_NEGATIVE,
+            "Integral gain",
+        )
+        .otherwise("that of the loops of `pdff`")
+        .logarithmic(10.0, 1e6),
+        derivative_v_s_mm: Parameter::new(
+            "controller.pid.derivative_v_s_mm",
+            "V s/mm",
+            Range::NOT_NEGATIVE,
+            "Derivative gain",
+        )
+        .otherwise("that of the loops of `pdff`")
+        .logarithmic(0.01, 10.0),
+        filter_hz: Parameter::new(
+            "controller.pid.filter_hz",
+            "Hz",
+            Range::POSITIVE,
+            "Corner of the derivative's filter, at most the Nyquist frequency",
+        )
+        .otherwise("a quarter of the sampling rate")
+        .logarithmic(10.0, 5000.0),
+    }
+);
+
 impl PidGains {
     /// Every gain in its range.
     ///
     /// # Errors
     /// Names the first one that is not.
     pub fn check(&self, period_s: f64) -> Result<(), OutOfRange> {
-        not_negative("proportional_v_mm", self.proportional_v_mm)?;
-        not_negative("integral_v_mm_s", self.integral_v_mm_s)?;
-        not_negative("derivative_v_s_mm", self.derivative_v_s_mm)?;
-        positive("filter_hz", self.filter_hz)?;
-        at_most_nyquist("filter_hz", self.filter_hz, period_s)
+        self.check_ranges()?;
+        at_most_nyquist::<Self>("filter_hz", self.filter_hz, period_s)
     }
 }
 

@@ -1,7 +1,7 @@
 //! Disturbances: torque ripple and cutting force.
 
 use super::lookup_table::LookupTable;
-use crate::parameters::OutOfRange;
+use crate::parameters::{OutOfRange, Range};
 use crate::servo::parameters::LARGEST;
 
 /// One harmonic of the torque ripple.
@@ -34,14 +34,17 @@ impl TorqueRipple {
     pub fn check(&self) -> Result<(), OutOfRange> {
         if self.harmonics.len() > 16 {
             let value = self.harmonics.len() as f64;
-            return Err(OutOfRange::new("harmonics of the ripple", value, "at most 16"));
+            return Err(OutOfRange::new("harmonics", value, "at most 16"));
         }
         for harmonic in &self.harmonics {
             let n = harmonic.per_revolution;
             if !(1..=1000).contains(&n) {
                 return Err(OutOfRange::new("per_revolution", f64::from(n), "from 1 to 1000"));
             }
-            super::super::parameters::not_negative("amplitude_nm", harmonic.amplitude_nm)?;
+            if !Range::NOT_NEGATIVE.contains(harmonic.amplitude_nm) {
+                let needed = Range::NOT_NEGATIVE.to_string();
+                return Err(OutOfRange::new("amplitude_nm", harmonic.amplitude_nm, needed));
+            }
             if !(harmonic.phase_rad.abs() <= 1e3) {
                 let needed = "a finite angle, at most 1000 rad";
                 return Err(OutOfRange::new("phase_rad", harmonic.phase_rad, needed));

@@ -1,8 +1,7 @@
 //! Effects between controller and torque: delay, DAC resolution, current loop; and plant mismatch.
 
-use crate::parameters::OutOfRange;
+use crate::parameters::{Entry, OutOfRange, Parameter, Parameters, Range, parameters};
 use crate::servo::Plant;
-use crate::servo::parameters::positive;
 
 /// Computation delay: the voltage of sample `k` reaches the amplifier at `(k + d) Δt`.
 ///
@@ -15,6 +14,20 @@ pub struct Delay {
     pub samples: f64,
 }
 
+parameters!(
+    "Computation delay",
+    Delay {
+        samples: Parameter::new(
+            "effects.delay.samples",
+            "control periods",
+            Range::closed(0.0, Delay::LONGEST),
+            "From the sample to the voltage, fractions included; adds to `delay_samples`",
+        )
+        .linear(0.0, 4.0)
+        .hint("no drive computes for longer than 16 control periods, and no loop would be stable"),
+    }
+);
+
 impl Delay {
     /// Longest delay \[samples\].
     pub const LONGEST: f64 = 16.0;
@@ -24,11 +37,7 @@ impl Delay {
     /// # Errors
     /// It is not.
     pub fn check(&self) -> Result<(), OutOfRange> {
-        if (0.0..=Self::LONGEST).contains(&self.samples) {
-            return Ok(());
-        }
-        let needed = "from 0 to 16 samples; no drive computes for longer, and no loop would be stable";
-        Err(OutOfRange::new("delay (samples)", self.samples, needed))
+        self.check_ranges()
     }
 }
 
@@ -39,16 +48,32 @@ pub struct Dac {
     pub bits: u32,
 }
 
+impl Parameters for Dac {
+    const ABOUT: &'static str = "Resolution of the digital-to-analogue converter";
+    const ENTRIES: &'static [Entry<Self>] = &[Entry {
+        parameter: Parameter::new("effects.dac.bits", "bits", Range::whole(2, 32), "Bits over the voltage range")
+            .linear(6.0, 20.0),
+        get: |dac| Some(f64::from(dac.bits)),
+        set: |dac, value| {
+            dac.bits = whole(value);
+            true
+        },
+    }];
+}
+
+/// A whole number of a checked range; what is none saturates.
+#[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss)] // saturating
+pub(super) fn whole(value: f64) -> u32 {
+    value as u32
+}
+
 impl Dac {
     /// The bits in their range.
     ///
     /// # Errors
     /// They are not.
     pub fn check(&self) -> Result<(), OutOfRange> {
-        if (2..=32).contains(&self.bits) {
-            return Ok(());
-        }
-        Err(OutOfRange::new("bits of the DAC", f64::from(self.bits), "from 2 to 32"))
+        self.check_ranges()
     }
 
     /// One step \[V\]: `u_max / (2ⁿ⁻¹ - 1)`.
@@ -65,13 +90,21 @@ pub struct CurrentLoop {
     pub bandwidth_hz: f64,
 }
 
+parameters!(
+    "Bandwidth of the amplifier's current loop, of first order",
+    CurrentLoop {
+        bandwidth_hz: Parameter::new("effects.current_loop.bandwidth_hz", "Hz", Range::POSITIVE, "Bandwidth")
+            .logarithmic(50.0, 5000.0),
+    }
+);
+
 impl CurrentLoop {
     /// The bandwidth in its range.
     ///
     /// # Errors
     /// It is not.
     pub fn check(&self) -> Result<(), OutOfRange> {
-        positive("bandwidth_hz of the current loop", self.bandwidth_hz)
+        self.check_ranges()
     }
 }
 
@@ -84,18 +117,35 @@ pub struct Mismatch {
     pub time_constant_factor: f64,
 }
 
+parameters!(
+    "The true plant is the identified one times factors",
+    Mismatch {
+        gain_factor: Parameter::new(
+            "effects.mismatch.gain_factor",
+            "",
+            Range::closed(0.01, 100.0),
+            "Factor of the plant's gain",
+        )
+        .or(1.0)
+        .logarithmic(0.5, 2.0),
+        time_constant_factor: Parameter::new(
+            "effects.mismatch.time_constant_factor",
+            "",
+            Range::closed(0.01, 100.0),
+            "Factor of the plant's time constant",
+        )
+        .or(1.0)
+        .logarithmic(0.5, 2.0),
+    }
+);
+
 impl Mismatch {
     /// The factors in their range.
     ///
     /// # Errors
     /// They are not.
     pub fn check(&self) -> Result<(), OutOfRange> {
-        for (name, value) in [("gain_factor", self.gain_factor), ("time_constant_factor", self.time_constant_factor)] {
-            if !(0.01..=100.0).contains(&value) {
-                return Err(OutOfRange::new(name, value, "from 0.01 to 100"));
-            }
-        }
-        Ok(())
+        self.check_ranges()
     }
 
     /// The plant that `model` stands for.

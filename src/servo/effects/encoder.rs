@@ -1,10 +1,10 @@
 //! Feedback of the controller: encoder, velocity estimate, noise.
 
-use crate::parameters::OutOfRange;
+use crate::parameters::{Entry, OutOfRange, Parameter, Parameters, Range, parameters};
 use std::f64::consts::PI;
 
 use super::normal::Normal;
-use crate::servo::parameters::{LARGEST, at_most_nyquist, not_negative, positive};
+use crate::servo::parameters::at_most_nyquist;
 
 /// Where the encoder sits.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
@@ -52,32 +52,94 @@ pub struct Encoder {
     pub velocity: VelocityEstimate,
 }
 
+impl Parameters for Encoder {
+    const ABOUT: &'static str = "Encoder: where it is, its resolution, how the velocity is estimated";
+    const ENTRIES: &'static [Entry<Self>] = &[
+        Entry {
+            parameter: Parameter::new(
+                "effects.encoder.resolution_um",
+                "µm",
+                Range::NOT_NEGATIVE,
+                "Resolution at the table; 0: no quantisation",
+            )
+            .or(0.0)
+            .linear(0.0, 10.0),
+            get: |encoder| Some(encoder.resolution_um),
+            set: |encoder, value| {
+                encoder.resolution_um = value;
+                true
+            },
+        },
+        Entry {
+            parameter: Parameter::new(
+                "effects.encoder.velocity_hz",
+                "Hz",
+                Range::POSITIVE,
+                "Corner of the low pass (at most the Nyquist frequency), or bandwidth of the observer",
+            )
+            .otherwise(
+                "200, but at most a fifth of the sampling rate, and half the bandwidth below which an observer is stable",
+            )
+            .logarithmic(10.0, 1000.0),
+            get: |encoder| match encoder.velocity {
+                VelocityEstimate::LowPass { corner_hz: hz } | VelocityEstimate::Observer { bandwidth_hz: hz, .. } => {
+                    Some(hz)
+                }
+                VelocityEstimate::Tachometer | VelocityEstimate::Difference => None,
+            },
+            set: |encoder, value| match &mut encoder.velocity {
+                VelocityEstimate::LowPass { corner_hz: hz } | VelocityEstimate::Observer { bandwidth_hz: hz, .. } => {
+                    *hz = value;
+                    true
+                }
+                VelocityEstimate::Tachometer | VelocityEstimate::Difference => false,
+            },
+        },
+        Entry {
+            parameter: Parameter::new(
+                "effects.encoder.velocity_damping",
+                "",
+                Range::POSITIVE,
+                "Damping of the observer",
+            )
+            .or(1.0)
+            .linear(0.2, 2.0),
+            get: |encoder| match encoder.velocity {
+                VelocityEstimate::Observer { damping, .. } => Some(damping),
+                _ => None,
+            },
+            set: |encoder, value| match &mut encoder.velocity {
+                VelocityEstimate::Observer { damping, .. } => {
+                    *damping = value;
+                    true
+                }
+                _ => false,
+            },
+        },
+    ];
+}
+
 impl Encoder {
     /// Every parameter in its range, and a stable observer.
     ///
     /// # Errors
     /// Names the first one that is not.
     pub fn check(&self, period_s: f64) -> Result<(), OutOfRange> {
-        not_negative("resolution_um", self.resolution_um)?;
+        self.check_ranges()?;
         if self.resolution_um > 0.0 && self.resolution_um < 1e-6 {
             let needed = "0 (no rounding) or at least 1e-6";
-            return Err(OutOfRange::new("resolution_um", self.resolution_um, needed));
+            return Err(Self::refuse("resolution_um", self.resolution_um, needed));
         }
         match self.velocity {
             VelocityEstimate::Tachometer | VelocityEstimate::Difference => Ok(()),
-            VelocityEstimate::LowPass { corner_hz } => {
-                positive("corner_hz of the velocity's low pass", corner_hz)?;
-                at_most_nyquist("corner_hz of the velocity's low pass", corner_hz, period_s)
-            }
+            VelocityEstimate::LowPass { corner_hz } => at_most_nyquist::<Self>("velocity_hz", corner_hz, period_s),
             VelocityEstimate::Observer { bandwidth_hz, damping } => {
-                positive("bandwidth_hz of the observer", bandwidth_hz)?;
-                positive("damping of the observer", damping)?;
                 let (alpha, beta) = observer(bandwidth_hz, damping, period_s);
                 if 2.0 * alpha + beta < 4.0 {
                     return Ok(());
                 }
                 let needed = "lower: the observer is unstable unless 4 ζ w + w² < 4 with w = 2π · bandwidth · period_s";
-                Err(OutOfRange::new("bandwidth_hz of the observer", bandwidth_hz, needed))
+                Err(Self::refuse("velocity_hz", bandwidth_hz, needed))
             }
         }
     }
@@ -105,16 +167,21 @@ pub struct Noise {
     pub seed: u64,
 }
 
+parameters!(
+    "White noise on the measured position",
+    Noise {
+        rms_um: Parameter::new("effects.noise.rms_um", "µm", Range::NOT_NEGATIVE, "Standard deviation")
+            .linear(0.0, 5.0),
+    }
+);
+
 impl Noise {
     /// The deviation in its range.
     ///
     /// # Errors
     /// It is not.
     pub fn check(&self) -> Result<(), OutOfRange> {
-        if (0.0..=LARGEST).contains(&self.rms_um) {
-            return Ok(());
-        }
-        Err(OutOfRange::new("rms_um of the noise", self.rms_um, "zero or positive, at most 1e9"))
+        self.check_ranges()
     }
 }
 

@@ -1,8 +1,7 @@
 //! Friction of guideway and bearings.
 
-use crate::parameters::OutOfRange;
+use crate::parameters::{OutOfRange, Parameter, Parameters, Range, parameters};
 use crate::servo::Drive;
-use crate::servo::parameters::{LARGEST, not_negative, positive};
 
 /// Friction with true sticking: Coulomb, Stribeck and viscous.
 ///
@@ -26,6 +25,40 @@ pub struct Coulomb {
     pub viscous_nm_s_rad: f64,
 }
 
+/// What every curve has.
+const COULOMB: Parameter =
+    Parameter::new("effects.friction.coulomb.coulomb_nm", "N m", Range::POSITIVE, "Friction in motion, at the motor")
+        .logarithmic(0.001, 1.0);
+const STATIC: Parameter = Parameter::new(
+    "effects.friction.coulomb.static_nm",
+    "N m",
+    Range::POSITIVE,
+    "Friction at rest, at least `coulomb_nm`",
+)
+.otherwise("`coulomb_nm`")
+.logarithmic(0.001, 1.0);
+const STRIBECK: Parameter = Parameter::new(
+    "effects.friction.coulomb.stribeck_mm_s",
+    "mm/s",
+    Range::POSITIVE,
+    "Stribeck speed of the table, over which friction falls from static to Coulomb",
+)
+.or(1.0)
+.logarithmic(0.01, 100.0);
+const VISCOUS: Parameter = Parameter::new(
+    "effects.friction.coulomb.viscous_nm_s_rad",
+    "N m s/rad",
+    Range::NOT_NEGATIVE,
+    "Viscous friction beside the plant's",
+)
+.or(0.0)
+.linear(0.0, 0.01);
+
+parameters!(
+    "Coulomb, Stribeck and viscous friction, with true sticking",
+    Coulomb { coulomb_nm: COULOMB, static_nm: STATIC, stribeck_mm_s: STRIBECK, viscous_nm_s_rad: VISCOUS }
+);
+
 /// Friction as bending bristles (`LuGre`).
 ///
 /// ```text
@@ -45,6 +78,28 @@ pub struct LuGre {
     pub damping_nm_s_rad: f64,
 }
 
+parameters!("Friction as bending bristles (`LuGre`)", LuGre {
+    curve.coulomb_nm: COULOMB.at("effects.friction.lu_gre.coulomb_nm"),
+    curve.static_nm: STATIC.at("effects.friction.lu_gre.static_nm"),
+    curve.stribeck_mm_s: STRIBECK.at("effects.friction.lu_gre.stribeck_mm_s"),
+    curve.viscous_nm_s_rad: VISCOUS.at("effects.friction.lu_gre.viscous_nm_s_rad"),
+    stiffness_nm_rad: Parameter::new(
+        "effects.friction.lu_gre.stiffness_nm_rad",
+        "N m/rad",
+        Range::POSITIVE,
+        "Stiffness of the bristles",
+    )
+    .logarithmic(1.0, 1e4),
+    damping_nm_s_rad: Parameter::new(
+        "effects.friction.lu_gre.damping_nm_s_rad",
+        "N m s/rad",
+        Range::NOT_NEGATIVE,
+        "Damping of the bristles",
+    )
+    .or(0.0)
+    .linear(0.0, 1.0),
+});
+
 /// One of the models.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Friction {
@@ -60,16 +115,14 @@ impl Coulomb {
     /// # Errors
     /// Names the first parameter that is not.
     pub fn check(&self, drive: &Drive) -> Result<(), OutOfRange> {
-        positive("coulomb_nm", self.coulomb_nm)?;
-        not_negative("viscous_nm_s_rad", self.viscous_nm_s_rad)?;
-        positive("stribeck_mm_s", self.stribeck_mm_s)?;
-        if !(self.static_nm >= self.coulomb_nm && self.static_nm <= LARGEST) {
+        self.check_ranges()?;
+        if !(self.static_nm >= self.coulomb_nm) {
             let needed = "at least coulomb_nm: an axis that is easier to move at rest than in motion never sticks";
-            return Err(OutOfRange::new("static_nm", self.static_nm, needed));
+            return Err(Self::refuse("static_nm", self.static_nm, needed));
         }
         if !(self.static_nm < drive.voltage_limit_v / drive.torque_to_voltage_v_nm) {
             let needed = "below the torque at the voltage limit: the axis would never slip";
-            return Err(OutOfRange::new("static_nm", self.static_nm, needed));
+            return Err(Self::refuse("static_nm", self.static_nm, needed));
         }
         Ok(())
     }
@@ -135,16 +188,18 @@ impl Friction {
     /// # Errors
     /// Names the first one that is not.
     pub fn check(&self, inertia_kg_m2: f64, drive: &Drive) -> Result<(), OutOfRange> {
-        self.curve().check(drive)?;
+        if let Self::Coulomb(curve) = self {
+            curve.check(drive)?;
+        }
         if let Self::LuGre(lugre) = self {
-            positive("stiffness_nm_rad", lugre.stiffness_nm_rad)?;
-            not_negative("damping_nm_s_rad", lugre.damping_nm_s_rad)?;
+            lugre.check_ranges()?;
+            lugre.curve.check(drive).map_err(LuGre::own)?;
             // A mass on bristles is damped critically by 2 √(σ0 J).
             let critical = 2.0 * (lugre.stiffness_nm_rad * inertia_kg_m2).sqrt();
             if lugre.damping_nm_s_rad > 2.0 * critical {
                 let needed = "at most 4 √(stiffness_nm_rad J), J the inertia that rubs (the table's, of two masses): twice \
                               what damps it critically on its bristles";
-                return Err(OutOfRange::new("damping_nm_s_rad", lugre.damping_nm_s_rad, needed));
+                return Err(LuGre::refuse("damping_nm_s_rad", lugre.damping_nm_s_rad, needed));
             }
         }
         Ok(())

@@ -37,18 +37,18 @@ impl LookupTable {
         let (mut at, mut value): (Vec<f64>, Vec<f64>) = points.into_iter().unzip();
         let error = |name, value, needed| Err(OutOfRange::new(name, value, needed));
         let Some((&first, &last)) = at.first().zip(at.last()) else {
-            return error("table (number of points)", 0.0, "at least 1");
+            return error("number of points", 0.0, "at least 1");
         };
         if let Some(&wrong) = at.iter().chain(&value).find(|x| !(x.abs() <= 1e9)) {
-            return error("table", wrong, "made of finite numbers, at most 1e9");
+            return error("points", wrong, "made of finite numbers, at most 1e9");
         }
         if let Some(pair) = at.windows(2).find(|pair| !(pair[1] > pair[0])) {
-            return error("table", pair[1], "given at points that rise strictly, from one to the next");
+            return error("points", pair[1], "given at points that rise strictly, from one to the next");
         }
         if let Some(period) = period {
             let span = last - first;
             if !(1e-6..=1e9).contains(&period) || span > period {
-                return error("table period", period, "from 1e-6 to 1e9, and no shorter than what the points span");
+                return error("period", period, "from 1e-6 to 1e9, and no shorter than what the points span");
             }
             if span < period {
                 at.push(first + period);

@@ -13,7 +13,7 @@ mod normal;
 mod screw;
 
 use super::{AxisParameters, Drive, LoopSettings, Plant};
-use crate::parameters::OutOfRange;
+use crate::parameters::{Entry, OutOfRange, Parameter, Parameters, Range};
 pub use disturbance::{CuttingForce, Harmonic, TorqueRipple};
 pub use electronics::{CurrentLoop, Dac, Delay, Mismatch};
 pub(in crate::servo) use encoder::Sensor;
@@ -64,6 +64,47 @@ pub struct Integration {
     pub tolerance_mm_s: f64,
 }
 
+/// What to do about a value out of its range.
+const INTEGRATION: &str = "leave the key out for its default: substeps = 1, tolerance_mm_s = 1e-5";
+
+impl Parameters for Integration {
+    const ABOUT: &'static str = "Step size of the integration of nonlinear effects; not an effect itself";
+    const ENTRIES: &'static [Entry<Self>] = &[
+        Entry {
+            parameter: Parameter::new(
+                "effects.integration.substeps",
+                "",
+                Range::whole(1, Integration::MOST_SUBSTEPS),
+                "Least number of steps in a control period; a fast resonance, events and errors add more",
+            )
+            .or(1.0)
+            .logarithmic(1.0, 64.0)
+            .hint(INTEGRATION),
+            get: |integration| Some(f64::from(integration.substeps)),
+            set: |integration, value| {
+                integration.substeps = electronics::whole(value);
+                true
+            },
+        },
+        Entry {
+            parameter: Parameter::new(
+                "effects.integration.tolerance_mm_s",
+                "mm/s",
+                Range::POSITIVE,
+                "A step is halved while its error in friction, ripple and force may change the table's speed by more than this",
+            )
+            .or(1e-5)
+            .logarithmic(1e-7, 1e-2)
+            .hint(INTEGRATION),
+            get: |integration| Some(integration.tolerance_mm_s),
+            set: |integration, value| {
+                integration.tolerance_mm_s = value;
+                true
+            },
+        },
+    ];
+}
+
 impl Default for Integration {
     /// One step, 1e-5 mm/s: twice as fine moves no position by 1 nm (`tests/servo/drive.rs`).
     fn default() -> Self {
@@ -80,14 +121,8 @@ impl Integration {
     /// # Errors
     /// Names the first one that is not.
     pub fn check(&self) -> Result<(), OutOfRange> {
-        if !(1..=Self::MOST_SUBSTEPS).contains(&self.substeps) {
-            return Err(OutOfRange::new("substeps", f64::from(self.substeps), Self::SUBSTEPS));
-        }
-        super::parameters::positive("tolerance_mm_s", self.tolerance_mm_s)
+        self.check_ranges()
     }
-
-    /// What a number of steps has to be.
-    pub(crate) const SUBSTEPS: &'static str = "a whole number from 1 to 1024";
 }
 
 impl Effects {

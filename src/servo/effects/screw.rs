@@ -1,8 +1,7 @@
 //! The ballscrew: compliance, backlash, pitch error.
 
 use super::lookup_table::LookupTable;
-use crate::parameters::OutOfRange;
-use crate::servo::parameters::{not_negative, positive};
+use crate::parameters::{OutOfRange, Parameter, Parameters, Range, parameters};
 use crate::servo::{Drive, Plant};
 
 /// A compliant ballscrew: the motor and the table are two masses with a spring between them.
@@ -30,6 +29,34 @@ pub struct TwoMass {
     /// Their damping `c` \[N s/mm\], not negative.
     pub damping_n_s_mm: f64,
 }
+
+parameters!(
+    "Compliant ballscrew: motor and table are two masses with a spring between them",
+    TwoMass {
+        table_mass_kg: Parameter::new(
+            "effects.two_mass.table_mass_kg",
+            "kg",
+            Range::POSITIVE,
+            "Mass of the table: its part of the plant's inertia",
+        )
+        .logarithmic(1.0, 1000.0),
+        stiffness_n_um: Parameter::new(
+            "effects.two_mass.stiffness_n_um",
+            "N/µm",
+            Range::POSITIVE,
+            "Stiffness along the axis",
+        )
+        .logarithmic(1.0, 1000.0),
+        damping_n_s_mm: Parameter::new(
+            "effects.two_mass.damping_n_s_mm",
+            "N s/mm",
+            Range::NOT_NEGATIVE,
+            "Damping along the axis",
+        )
+        .or(0.0)
+        .linear(0.0, 50.0),
+    }
+);
 
 impl TwoMass {
     /// Inertia of the table at the motor \[kg m²\].
@@ -62,18 +89,16 @@ impl TwoMass {
     /// # Errors
     /// Names the first one that is not.
     pub fn check(&self, plant: &Plant, drive: &Drive, period_s: f64) -> Result<(), OutOfRange> {
-        positive("table_mass_kg", self.table_mass_kg)?;
-        positive("stiffness_n_um", self.stiffness_n_um)?;
-        not_negative("damping_n_s_mm", self.damping_n_s_mm)?;
+        self.check_ranges()?;
         if !(self.table_inertia_kg_m2(drive) < 0.999 * plant.inertia_kg_m2(drive)) {
             let needed = "lighter: at the motor it is more than the inertia time_constant_s / (torque_to_voltage_v_nm \
                           gain_rad_s_v) of the whole axis, which includes the motor's";
-            return Err(OutOfRange::new("table_mass_kg", self.table_mass_kg, needed));
+            return Err(Self::refuse("table_mass_kg", self.table_mass_kg, needed));
         }
         if !(self.resonance_rad_s(plant, drive) * period_s <= MOST_RADIANS) {
             let needed =
                 "softer: the resonance would swing more than 16 times in a control period, which is a rigid axis";
-            return Err(OutOfRange::new("stiffness_n_um", self.stiffness_n_um, needed));
+            return Err(Self::refuse("stiffness_n_um", self.stiffness_n_um, needed));
         }
         Ok(())
     }
@@ -95,13 +120,21 @@ pub struct Backlash {
     pub gap_um: f64,
 }
 
+parameters!(
+    "Backlash between screw and table",
+    Backlash {
+        gap_um: Parameter::new("effects.backlash.gap_um", "µm", Range::POSITIVE, "Width at the table")
+            .logarithmic(0.1, 100.0),
+    }
+);
+
 impl Backlash {
     /// The gap in its range.
     ///
     /// # Errors
     /// It is not.
     pub fn check(&self) -> Result<(), OutOfRange> {
-        positive("gap_um", self.gap_um)
+        self.check_ranges()
     }
 }
 
@@ -134,6 +167,6 @@ impl PitchError {
         if value <= 1e4 {
             return Ok(());
         }
-        Err(OutOfRange::new("pitch error_um", value, "at most 10 000 µm; is the table in mm?"))
+        Err(OutOfRange::new("error_um", value, "at most 10 000 µm; is the table in mm?"))
     }
 }
