@@ -163,6 +163,7 @@ fn metadata(path: &Path, recording: &Recording) -> RunMetadata {
         ..RunMetadata::default()
     };
     if let Some(summary) = recording.summary() {
+        metadata.locked_up = summary.lockup.is_some();
         metadata.warning = match (&summary.lockup, summary.complete) {
             (Some(lockup), _) => Some(lockup.clone()),
             (None, false) => Some("the run was interrupted".to_owned()),

@@ -18,6 +18,26 @@ impl Range {
         range
     }
 
+    /// Of all finite `values` but a few far from the rest: of eight and more values up to a twentieth (and at least one) is left out where
+    /// that makes the range at most half as wide, as few as do.
+    pub(super) fn of_most(values: impl IntoIterator<Item = f64>) -> Self {
+        let mut values: Vec<f64> = values.into_iter().filter(|value| value.is_finite()).collect();
+        values.sort_by(f64::total_cmp);
+        let all = Self::of(values.iter().copied());
+        let most = if values.len() < 8 { 0 } else { (values.len() / 20).clamp(1, 50) };
+        for count in 1..=most {
+            let without = |low: usize| {
+                let (first, last) = (values.get(low)?, values.get(values.len() - 1 - (count - low))?);
+                Some(Self { low: *first, high: *last })
+            };
+            let best = (0..=count).filter_map(without).reduce(|a, b| if b.span() < a.span() { b } else { a });
+            if let Some(best) = best.filter(|best| best.span() <= 0.5 * all.span()) {
+                return best;
+            }
+        }
+        all
+    }
+
     pub(super) fn include(&mut self, value: f64) {
         if value.is_finite() {
             self.low = self.low.min(value);
@@ -38,7 +58,7 @@ impl Range {
         !(self.low <= self.high && self.low.is_finite() && self.high.is_finite())
     }
 
-    fn holds(&self, value: f64) -> bool {
+    pub(super) fn holds(&self, value: f64) -> bool {
         (self.low..=self.high).contains(&value)
     }
 
@@ -295,6 +315,15 @@ pub(super) fn significant(value: f64, digits: u8) -> String {
     grouped
 }
 
+/// Values as [`significant`] writes them, with more digits (up to twelve) where different values would read alike.
+pub(super) fn told_apart(values: &[f64], digits: u8) -> Vec<String> {
+    let written = |digits: u8| -> Vec<String> { values.iter().map(|value| significant(*value, digits)).collect() };
+    let is_alike = |texts: &[String]| {
+        (0..values.len()).any(|i| (0..i).any(|j| texts[i] == texts[j] && values[i].to_bits() != values[j].to_bits()))
+    };
+    (digits..=12).map(written).find(|texts| !is_alike(texts)).unwrap_or_else(|| written(12))
+}
+
 /// Without zeros behind the decimal point that say nothing.
 fn trimmed(number: &str) -> &str {
     if number.contains('.') { number.trim_end_matches('0').trim_end_matches('.') } else { number }
@@ -345,6 +374,31 @@ mod tests {
                 }
             }
         }
+    }
+
+    #[test]
+    fn one_value_far_from_the_rest_does_not_make_the_range() {
+        let mut values: Vec<f64> = (0..59).map(|i| f64::from(i % 13)).collect();
+        values.push(-48.0);
+        assert_eq!(Range::of_most(values.clone()), Range { low: 0.0, high: 12.0 });
+        // A twentieth is left out, more are not.
+        values.extend([-48.0, -47.0]);
+        assert_eq!(Range::of_most(values.clone()), Range { low: 0.0, high: 12.0 });
+        values.extend([-46.0, -45.0]);
+        assert_eq!(Range::of_most(values), Range { low: -48.0, high: 12.0 });
+        // Few values are all shown, and so is a steady slope.
+        assert_eq!(Range::of_most([0.0, 1.0, -48.0]), Range { low: -48.0, high: 1.0 });
+        assert_eq!(Range::of_most((0..100).map(f64::from)), Range { low: 0.0, high: 99.0 });
+        assert!(Range::of_most([f64::NAN]).is_empty());
+    }
+
+    #[test]
+    fn different_values_never_read_alike() {
+        assert_eq!(told_apart(&[27.0269, 27.0271, 27.5], 4), ["27.0269", "27.0271", "27.5"]);
+        assert_eq!(told_apart(&[27.0, 27.0], 4), ["27", "27"]);
+        assert_eq!(told_apart(&[1.0, 2.0], 4), ["1", "2"]);
+        assert_eq!(told_apart(&[1.0, 1.0 + 1e-15], 4), ["1", "1"]);
+        assert!(told_apart(&[], 4).is_empty());
     }
 
     #[test]

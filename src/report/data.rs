@@ -2,7 +2,7 @@
 
 use crate::feedrate::{AxisLimits, Motion};
 use crate::interpolator::Setpoint;
-use crate::limits::LimitCheck;
+use crate::limits::{Event, LimitCheck};
 use crate::optimize::Step;
 use crate::path::{Cursor, Path};
 use crate::simulation::{Observer, ObserverError, Period, Place, RunPlan};
@@ -43,6 +43,8 @@ pub struct RunMetadata {
     pub comparison: Option<(String, Motion)>,
     /// What the motion asks of the axes, where it is planned under limits of theirs.
     pub axis_loads: Option<AxisLoads>,
+    /// Whether an axis locked up: beside runs that hold, such a run does not set the scale.
+    pub locked_up: bool,
     /// What the reader must be told under every title: that an axis locked up, that the run was cut short.
     pub warning: Option<String>,
 }
@@ -373,6 +375,11 @@ impl<const A: usize> Observer<A> for RunData {
 
     fn period(&mut self, period: &Period<A>) -> Result<(), ObserverError> {
         self.push(&PlotSample { rapid: self.rapid, ..PlotSample::from(period) });
+        Ok(())
+    }
+
+    fn event(&mut self, event: &Event) -> Result<(), ObserverError> {
+        self.metadata.locked_up |= matches!(event, Event::LockedUp { .. });
         Ok(())
     }
 

@@ -27,6 +27,7 @@ mod axis;
 mod convergence;
 mod curve;
 mod data;
+mod envelope;
 mod error;
 mod figure;
 mod files;
@@ -45,6 +46,8 @@ mod measurements_layout_tests;
 mod part_data;
 mod pixels;
 mod plot_kind;
+#[cfg(test)]
+mod plot_tests;
 mod plots;
 mod runs;
 mod style;

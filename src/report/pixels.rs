@@ -6,14 +6,14 @@
 
 use std::convert::Infallible;
 
-use ab_glyph::{Font, PxScale, point};
+use ab_glyph::{Font, FontRef, GlyphId, PxScale, point};
 use plotters_backend::text_anchor::HPos;
 use plotters_backend::{
     BackendColor, BackendCoord, BackendStyle, BackendTextStyle, DrawingBackend, DrawingErrorKind, FontTransform,
 };
 
 use super::curve::{Frame, Px, distance_to_segment, length};
-use super::font;
+use super::font::{self, CodeBox};
 use super::marks::{Image, UNITS_PER_PX, em_units};
 
 /// Pixels of the file per pixel of the layout: sharp on dense screens and in print.
@@ -26,6 +26,15 @@ const HALF_X_HEIGHT_EM: f64 = 0.27;
 const PIECE_PX: f64 = 24.0;
 /// Scan lines a pixel when areas are filled.
 const SCANS: u32 = 4;
+
+/// Height of a digit, in units of the font size (`DejaVu` Sans).
+const CAP_HEIGHT_EM: f64 = 0.729;
+
+/// A line of text: where its anchor is on the file's pixels, and how it is turned.
+struct TextLine {
+    at: Px,
+    transform: FontTransform,
+}
 
 type Drawn = Result<(), DrawingErrorKind<Infallible>>;
 
@@ -165,6 +174,64 @@ impl Pixels {
         }
     }
 
+    /// Covers a glyph, its base point at `at` of the line.
+    fn glyph(&mut self, line: &TextLine, font: &FontRef<'static>, id: GlyphId, em: f64, at: Px) {
+        let units_per_em = f64::from(font.units_per_em().unwrap_or(2048.0));
+        let scale = PxScale::from(narrow(em * f64::from(font.height_unscaled()) / units_per_em));
+        let glyph = id.with_scale_and_position(scale, point(narrow(at.0), narrow(at.1)));
+        let Some(outline) = font.outline_glyph(glyph) else { return };
+        let bounds = outline.px_bounds();
+        outline.draw(|column, row, share| {
+            let right = f64::from(bounds.min.x) + f64::from(column);
+            let down = f64::from(bounds.min.y) + f64::from(row);
+            self.raise_on(line, (right, down), f64::from(share));
+        });
+    }
+
+    /// Covers what stands for a character that the font lacks.
+    fn code_box(&mut self, line: &TextLine, font: &FontRef<'static>, code: &CodeBox, em: f64, (along, base): Px) {
+        let digits = CodeBox::DIGIT_EM * em;
+        let padding = CodeBox::PADDING_EM * em;
+        let high = CAP_HEIGHT_EM * digits;
+        let left = along + CodeBox::SIDE_EM * em;
+        let bottom = base + 0.14 * em;
+        let top = bottom - 2.0 * high - 3.0 * padding;
+        let right = left + code.width_em() * em;
+        for (row, text) in code.rows.iter().enumerate() {
+            let base = top + (row as f64 + 1.0) * (high + padding);
+            for (i, digit) in text.chars().enumerate() {
+                let at = left + padding + i as f64 * CodeBox::DIGIT_ADVANCE_EM * em;
+                self.glyph(line, font, font.glyph_id(digit), digits, (at, base));
+            }
+        }
+        let [left, top, right, bottom] = [left, top, right, bottom].map(f64::round);
+        let mut column = left;
+        while column < right {
+            let mut row = top;
+            while row < bottom {
+                if column == left || column == right - 1.0 || row == top || row == bottom - 1.0 {
+                    self.raise_on(line, (column, row), 1.0);
+                }
+                row += 1.0;
+            }
+            column += 1.0;
+        }
+    }
+
+    /// Raises the cover of the pixel whose upper left corner is at `(right, down)` of a line.
+    fn raise_on(&mut self, line: &TextLine, (right, down): Px, share: f64) {
+        let (dx, dy) = match line.transform {
+            FontTransform::None => (right, down),
+            FontTransform::Rotate90 => (-down - 1.0, right),
+            FontTransform::Rotate180 => (-right - 1.0, -down - 1.0),
+            FontTransform::Rotate270 => (down, -right - 1.0),
+        };
+        let corner = (line.at.0 + dx, line.at.1 + dy);
+        if corner.0 >= 0.0 && corner.1 >= 0.0 {
+            self.raise(corner, (corner.0 + 1.0, corner.1 + 1.0), |_| share);
+        }
+    }
+
     /// Paints what is covered and forgets it.
     fn paint(&mut self, colour: BackendColor) {
         let [left, top, right, bottom] = self.touched;
@@ -257,37 +324,21 @@ impl DrawingBackend for Pixels {
         let Some(font) = font::font() else { return Ok(()) };
         let em = em_units(style.size()) / UNITS;
         let width = font::width_px(text, em);
-        let mut line_style = match style.anchor().h_pos {
+        let mut along = match style.anchor().h_pos {
             HPos::Left => 0.0,
             HPos::Center => -0.5 * width,
             HPos::Right => -width,
         };
         // All text is anchored at half the height of its small letters. Turned text has to start on a whole pixel.
         let (x, y) = pixel(pos);
-        let (x, y) = (x.round(), y.round());
+        let line = TextLine { at: (x.round(), y.round()), transform: style.transform() };
         let base = HALF_X_HEIGHT_EM * em;
-        let units_per_em = f64::from(font.units_per_em().unwrap_or(2048.0));
-        let scale = PxScale::from(narrow(em * f64::from(font.height_unscaled()) / units_per_em));
         for c in text.chars() {
-            let id = font.glyph_id(c);
-            let glyph = id.with_scale_and_position(scale, point(narrow(line_style), narrow(base)));
-            line_style += font::advance_em(font, id) * em;
-            let Some(outline) = font.outline_glyph(glyph) else { continue };
-            let bounds = outline.px_bounds();
-            outline.draw(|column, row, share| {
-                let (right, down) =
-                    (f64::from(bounds.min.x) + f64::from(column), f64::from(bounds.min.y) + f64::from(row));
-                let (dx, dy) = match style.transform() {
-                    FontTransform::None => (right, down),
-                    FontTransform::Rotate90 => (-down - 1.0, right),
-                    FontTransform::Rotate180 => (-right - 1.0, -down - 1.0),
-                    FontTransform::Rotate270 => (down, -right - 1.0),
-                };
-                let corner = (x + dx, y + dy);
-                if corner.0 >= 0.0 && corner.1 >= 0.0 {
-                    self.raise(corner, (corner.0 + 1.0, corner.1 + 1.0), |_| f64::from(share));
-                }
-            });
+            match font::glyph(font, c) {
+                Some(id) => self.glyph(&line, font, id, em, (along, base)),
+                None => self.code_box(&line, font, &CodeBox::of(c), em, (along, base)),
+            }
+            along += font::char_advance_em(font, c) * em;
         }
         self.paint(style.color());
         Ok(())

@@ -33,4 +33,11 @@ impl LineStyle {
     pub(super) fn solid(colour: Colour, width_px: f64) -> Self {
         Self { colour, width_px, dash: None }
     }
+
+    /// The pale colour between the borders of an envelope.
+    pub(super) fn colour_of_band(&self) -> Colour {
+        let pale = |c: u8| 255 - (255 - c) / 4;
+        let (r, g, b) = self.colour;
+        (pale(r), pale(g), pale(b))
+    }
 }

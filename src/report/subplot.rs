@@ -2,6 +2,7 @@
 
 use super::axis::{Axis, Range};
 use super::curve::{Frame, Px, length};
+use super::envelope::{Stretch, stretches};
 use super::figure::{Figure, HEIGHT_PX, WIDTH_PX};
 use super::font;
 use super::marks::{Anchor, TextFormat};
@@ -26,6 +27,15 @@ const LEGEND_ROWS: usize = 4;
 
 /// Ticks about so far apart \[px\].
 const X_TICK: f64 = 95.0;
+
+/// How much worse it is to hide a pixel of a curve than to be one place farther down in the order of places.
+const HIDING: f64 = 20.0;
+/// A label farther from its point than this has a line to it \[px\].
+const LEADER_PX: f64 = 26.0;
+
+/// Where the line begins, from the middle of the point's mark; and where it is clear of the marks of points beside it \[px\].
+const LEADER_FROM_PX: f64 = 6.0;
+const LEADER_CLEAR_PX: f64 = 10.0;
 
 /// What stands before a legend entry.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -247,6 +257,10 @@ impl Subplot {
         line_style: LineStyle,
     ) {
         let points: Vec<Px> = values.into_iter().map(|(x, y)| self.at(x, y)).collect();
+        self.px_curve(figure, points, line_style);
+    }
+
+    fn px_curve(&mut self, figure: &mut Figure, points: Vec<Px>, line_style: LineStyle) {
         if let [at] = points.as_slice() {
             if self.holds(*at) {
                 figure.dot(*at, 3.0, line_style.colour);
@@ -255,6 +269,65 @@ impl Subplot {
         }
         figure.curve(&points, &self.frame, line_style);
         self.keep_clear(points);
+    }
+
+    /// Curves over time, laid over each other: where one swings so often that its line would be a solid bar, its envelope is drawn, pale
+    /// between two borders.
+    pub(super) fn time_curves<V: IntoIterator<Item = (f64, f64)>>(
+        &mut self,
+        figure: &mut Figure,
+        curves: impl IntoIterator<Item = (V, LineStyle)>,
+    ) {
+        let mut lines: Vec<(Vec<Px>, LineStyle)> = Vec::new();
+        for (values, line_style) in curves {
+            let points: Vec<Px> = values.into_iter().map(|(x, y)| self.at(x, y)).collect();
+            for stretch in stretches(&points) {
+                match stretch {
+                    Stretch::Line(points) => lines.push((points, line_style)),
+                    Stretch::Band { upper, lower } => {
+                        let Frame { left, top, right, bottom } = self.frame;
+                        let inside = |(x, y): Px| (x.clamp(left, right), y.clamp(top, bottom));
+                        let outline = upper.iter().copied().chain(lower.iter().rev().copied()).map(inside);
+                        figure.area(outline.collect(), line_style.colour_of_band());
+                        let border = LineStyle { width_px: 1.0, dash: None, ..line_style };
+                        lines.extend([(upper, border), (lower, border)]);
+                    }
+                }
+            }
+        }
+        for (points, line_style) in lines {
+            self.px_curve(figure, points, line_style);
+        }
+    }
+
+    /// A ring at a point, which labels keep away from.
+    pub(super) fn ring(&mut self, figure: &mut Figure, at: Px, radius_px: f64, width_px: f64, colour: Colour) {
+        figure.ring(at, radius_px, width_px, colour);
+        let ((x, y), r) = (at, radius_px + 1.0);
+        self.taken.push(Frame { left: x - r, top: y - r, right: x + r, bottom: y + r });
+    }
+
+    /// A triangle on the edge of the frame that points to a place beyond it, and what is told of it. Nothing where the place is inside.
+    pub(super) fn beyond(&mut self, figure: &mut Figure, place: Px, text: &str, colour: Colour) {
+        if self.holds(place) {
+            return;
+        }
+        let Frame { left, top, right, bottom } = self.frame;
+        let (x, y) = (place.0.clamp(left + 6.0, right - 6.0), place.1.clamp(top + 6.0, bottom - 6.0));
+        let (dx, dy) = if place.1 < top {
+            (0.0, -1.0)
+        } else if place.1 > bottom {
+            (0.0, 1.0)
+        } else if place.0 < left {
+            (-1.0, 0.0)
+        } else {
+            (1.0, 0.0)
+        };
+        let (tip_x, tip_y) = (x + 5.0 * dx, y + 5.0 * dy);
+        let corner = |side: f64| (x - 5.0 * dx + 5.0 * side * dy, y - 5.0 * dy + 5.0 * side * dx);
+        figure.area(vec![(tip_x, tip_y), corner(1.0), corner(-1.0)], colour);
+        self.taken.push(Frame { left: x - 6.0, top: y - 6.0, right: x + 6.0, bottom: y + 6.0 });
+        self.point_label(figure, (x, y), text, colour);
     }
 
     /// A curve that labels keep away from.
@@ -298,19 +371,19 @@ impl Subplot {
         if !(self.frame.top..=self.frame.bottom).contains(&y) {
             return;
         }
-        let places: Vec<(Px, Anchor)> = [0.98, 0.75, 0.5, 0.25]
+        let places: Vec<(Px, Anchor)> = [0.98, 0.75, 0.5, 0.25, 0.86, 0.62, 0.37, 0.14]
             .into_iter()
             .flat_map(|share| [(share, -10.0), (share, 11.0)])
             .map(|(share, dy)| ((self.frame.left + share * self.frame.width(), y + dy), Anchor::Right))
             .collect();
-        self.label(figure, text, colour, &places);
+        self.label(figure, text, colour, &places, None);
     }
 
-    /// A label beside a point.
+    /// A label beside a point: near it where nothing is drawn, else farther away with a thin line to it.
     pub(super) fn point_label(&mut self, figure: &mut Figure, at: Px, text: &str, colour: Colour) {
         let (x, y) = at;
         let mut places = Vec::new();
-        for far in [0.0, 14.0, 30.0, 60.0] {
+        for far in [0.0, 14.0, 30.0, 60.0, 95.0, 140.0] {
             places.extend([
                 ((x, y - 15.0 - far), Anchor::Middle),
                 ((x, y + 15.0 + far), Anchor::Middle),
@@ -321,13 +394,21 @@ impl Subplot {
                 ((x + 8.0 + far, y + 12.0 + far), Anchor::Left),
                 ((x - 8.0 - far, y + 12.0 + far), Anchor::Right),
             ]);
+            if far > 0.0 {
+                places.extend([
+                    ((x + 8.0 + 0.5 * far, y - 12.0 - far), Anchor::Left),
+                    ((x - 8.0 - 0.5 * far, y - 12.0 - far), Anchor::Right),
+                    ((x + 8.0 + 0.5 * far, y + 12.0 + far), Anchor::Left),
+                    ((x - 8.0 - 0.5 * far, y + 12.0 + far), Anchor::Right),
+                ]);
+            }
         }
-        self.label(figure, text, colour, &places);
+        self.label(figure, text, colour, &places, Some(at));
     }
 
     /// A label at the one of `places` where it lies inside the frame, on no other label, and hides least; earlier ones are
-    /// preferred. Where every place is taken there is none.
-    fn label(&mut self, figure: &mut Figure, text: &str, colour: Colour, places: &[(Px, Anchor)]) {
+    /// preferred among those that hide the same. Where every place is taken there is none. A line leads to `point` from far away.
+    fn label(&mut self, figure: &mut Figure, text: &str, colour: Colour, places: &[(Px, Anchor)], point: Option<Px>) {
         let inner = Frame {
             left: self.frame.left + 3.0,
             top: self.frame.top + 2.0,
@@ -345,12 +426,19 @@ impl Subplot {
                 let label = TextFormat::new(at, text, LABEL_EM, anchor).coloured(colour);
                 let frame = label.frame();
                 let free = frame.is_within(&inner) && !self.taken.iter().any(|other| other.overlaps(&frame));
-                free.then(|| (hidden(&frame) + 1.5 * i as f64, label))
+                let leader = point.and_then(|point| leader(point, &frame, LEADER_CLEAR_PX));
+                let free = free
+                    && !leader.is_some_and(|(from, to)| self.taken.iter().any(|other| other.clip(from, to).is_some()));
+                let around = Frame { top: frame.top - 1.5, bottom: frame.bottom + 1.5, ..frame };
+                free.then(|| (HIDING * hidden(&around) + 1.5 * i as f64, label))
             })
             .reduce(|best, next| if next.0 < best.0 { next } else { best });
         if let Some((_, label)) = best {
             let Frame { left, top, right, bottom } = label.frame();
             let frame = Frame { left: left - 3.0, top, right: right + 3.0, bottom };
+            if let Some((from, to)) = point.and_then(|point| leader(point, &label.frame(), LEADER_FROM_PX)) {
+                figure.line(&[from, to], LineStyle::solid(BORDER, 0.8));
+            }
             // Grid lines may show through, curves may not.
             if self.plates || hidden(&frame) > 0.0 {
                 figure.rectangle(&frame, WHITE);
@@ -359,4 +447,13 @@ impl Subplot {
             self.taken.push(frame);
         }
     }
+}
+
+/// The line from a point, `from_px` away from it, to its label; none where the label is near.
+fn leader(point: Px, label: &Frame, from_px: f64) -> Option<(Px, Px)> {
+    let to = (point.0.clamp(label.left, label.right), point.1.clamp(label.top, label.bottom));
+    let (dx, dy) = (to.0 - point.0, to.1 - point.1);
+    let distance = length((dx, dy));
+    let share = from_px / distance;
+    (distance > LEADER_PX).then_some(((point.0 + share * dx, point.1 + share * dy), to))
 }

@@ -146,7 +146,9 @@ fn polar(figure: &mut Figure, test: &CircleTest, square: &Frame) {
         figure.text(label);
     }
     let said = format!("{} µm a division", significant(step, 3));
-    figure.text(TextFormat::new(middle, said, LABEL_EM, Anchor::Middle).coloured(MUTED));
+    let division = TextFormat::new(middle, said, LABEL_EM, Anchor::Middle).coloured(MUTED);
+    subplot.keep_off(division.frame());
+    figure.text(division);
     let marked = || {
         let all = line_styles(test)
             .flat_map(|(direction, line_style)| direction.spikes.iter().map(move |spike| (spike, line_style)));

@@ -174,6 +174,16 @@ impl<'a> Map<'a> {
         Some(map)
     }
 
+    /// The largest excess, and where it is.
+    fn excess(&self) -> Option<(f64, [f64; 2])> {
+        self.largest.filter(|(value, _)| *value > 0.0)
+    }
+
+    /// The deepest gouge, and where it is.
+    fn gouge(&self) -> Option<(f64, [f64; 2])> {
+        self.least.filter(|(value, _)| *value < 0.0)
+    }
+
     fn side(&self, cells: usize) -> f64 {
         cells as f64 * self.subplot.cell_mm
     }
@@ -250,8 +260,12 @@ pub(in super::super) fn figure(picture: &DeviationPicture<'_>) -> Figure {
         head.warnings.push("Nothing to show: no map has a cell".to_owned());
     }
     let ring = |colour, text: &str| Entry { symbol: Symbol::Ring(colour), text: text.to_owned() };
-    head.legend.push(ring(EXCESS[4], "largest excess"));
-    head.legend.push(ring(GOUGE[3], "deepest gouge"));
+    if maps.iter().any(|map| map.excess().is_some()) {
+        head.legend.push(ring(EXCESS[4], "largest excess"));
+    }
+    if maps.iter().any(|map| map.gouge().is_some()) {
+        head.legend.push(ring(GOUGE[3], "deepest gouge"));
+    }
     for (limit, end, what) in [
         (picture.gouge_limit_um, scale.gouge_um, "limit of the gouge"),
         (picture.excess_limit_um, scale.excess_um, "limit of the excess"),
@@ -312,7 +326,7 @@ pub(in super::super) fn figure(picture: &DeviationPicture<'_>) -> Figure {
         let title = font::fitted(&printable(map.subplot.title), 15.0, slot);
         figure.text(TextFormat::new((frame.left, frame.top - 14.0), title, 15.0, Anchor::Left));
         let signed = |value: f64| format!("{}{} µm", if value > 0.0 { "+" } else { "" }, significant(value, 4));
-        let marks = [(map.largest.filter(|m| m.0 > 0.0), EXCESS[4]), (map.least.filter(|m| m.0 < 0.0), GOUGE[3])];
+        let marks = [(map.excess(), EXCESS[4]), (map.gouge(), GOUGE[3])];
         let marks = marks.map(|(found, colour)| found.map(|(value, [x, y])| (subplot.at(x, y), signed(value), colour)));
         for (at, _, colour) in marks.iter().flatten() {
             figure.dot(*at, 7.0, WHITE);

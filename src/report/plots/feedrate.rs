@@ -97,10 +97,11 @@ pub(in super::super) fn figure(runs: &[Named<'_>]) -> Figure {
                 let values = profile.iter().map(|(t, m)| (*t, (quantity.of_motion)(m)));
                 subplot.curve(&mut figure, values, comparison_line_style(runs, run));
             }
-            for (run, samples) in runs.iter().zip(&samples) {
+            let curves = runs.iter().zip(&samples).map(|(run, samples)| {
                 let values = samples.iter().map(|s| (s.time_s, (quantity.of_sample)(s)));
-                subplot.curve(&mut figure, values, run.line_style(CURVE_PX));
-            }
+                (values, run.line_style(CURVE_PX))
+            });
+            subplot.time_curves(&mut figure, curves);
             for (limit, _) in limits.iter().filter(|_| column == 0) {
                 let text = format!("limit ±{} {}", significant(*limit, 6), quantity.unit);
                 subplot.level_label(&mut figure, *limit, &text, LIMIT.colour);

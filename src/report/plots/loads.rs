@@ -74,12 +74,13 @@ pub(in super::super) fn figure(runs: &[Named<'_>]) -> Figure {
             subplot.level(&mut figure, *limit, LIMIT);
             subplot.level(&mut figure, -*limit, LIMIT);
         }
-        for (run, loads) in &loads {
-            for axis in 0..2 {
-                let values = loads.samples.iter().map(|load| (load.time_s, (quantity.of_load)(load)[axis]));
-                subplot.curve(&mut figure, values, line_style(runs, run, axis));
-            }
-        }
+        let curves = loads.iter().flat_map(|(run, loads)| {
+            [0, 1].map(|axis| {
+                let values = loads.samples.iter().map(move |load| (load.time_s, (quantity.of_load)(load)[axis]));
+                (values, line_style(runs, run, axis))
+            })
+        });
+        subplot.time_curves(&mut figure, curves);
         for (limit, _) in limits {
             let text =
                 format!("{}limit ±{} {}", whose(&loads, quantity, *limit), significant(*limit, 6), quantity.unit);

@@ -11,6 +11,9 @@ use super::words::{capital, printable};
 /// Limits and bands are shown to scale up to this many times the largest value; beyond, they would flatten the curves.
 pub(in super::super) const LIMIT_IN_VIEW: f64 = 3.0;
 
+/// A locked-up run up to this many times as large as the runs that hold is shown to scale beside them.
+const LOCKED_SHARE: f64 = 2.0;
+
 /// Style of limit lines.
 pub(in super::super) const LIMIT: LineStyle =
     LineStyle { colour: (70, 70, 70), width_px: 1.3, dash: Some(Dash::new(7.0, 4.0)) };
@@ -125,4 +128,17 @@ pub(in super::super) fn comparison_line_style(runs: &[Named<'_>], run: &Named<'_
         dash: Some(Dash::new(4.0, 3.0)),
         ..LineStyle::solid(if runs.len() == 1 { MUTED } else { run.colour }, 1.3)
     }
+}
+
+/// Whether each run takes part in setting the scale: a run that locked up does not where it would be more than [`LOCKED_SHARE`] times as
+/// large as those that hold.
+pub(in super::super) fn in_scale(runs: &[Named<'_>], size: impl Fn(&Named<'_>) -> f64) -> Vec<bool> {
+    let is_locked = |run: &Named<'_>| run.data.metadata().locked_up;
+    let held = runs.iter().filter(|run| !is_locked(run)).map(&size).fold(0.0, f64::max);
+    runs.iter().map(|run| !is_locked(run) || held == 0.0 || size(run) <= LOCKED_SHARE * held).collect()
+}
+
+/// What the legend says of a run that does not take part.
+pub(in super::super) fn off_scale_text(in_scale: bool) -> &'static str {
+    if in_scale { "" } else { "; locked up, off scale" }
 }

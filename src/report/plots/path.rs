@@ -6,7 +6,9 @@ use super::super::data::PlotSample;
 use super::super::figure::Figure;
 use super::super::style::{CURVE_PX, DESIRED, INK, LineStyle, MUTED, TINT, VERMILLION};
 use super::super::subplot::{Entry, Subplot, Symbol, gutter, x_axis, y_axis};
-use super::named_run::{Named, heading, samples};
+use super::magnified::magnified;
+use super::named_run::{Named, heading, in_scale, off_scale_text, samples};
+use super::words::capital;
 
 /// The largest error is drawn about this large beside the path.
 const ERROR_SHARE: f64 = 0.04;
@@ -20,19 +22,22 @@ pub(in super::super) fn figure(runs: &[Named<'_>]) -> Figure {
     let mut figure = Figure::default();
     let samples = samples(runs);
     let desired = desired_paths(runs);
-    let times = magnification(runs, &desired, &samples);
-    let large = |s: &PlotSample| {
-        let m = times.unwrap_or(1.0);
-        let [(ax, nx), (ay, ny)] = [0, 1].map(|i| (s.actual_mm[i], s.nearest_mm[i]));
-        (nx + m * (ax - nx), ny + m * (ay - ny))
-    };
+    let in_scale = in_scale(runs, |run| run.data.metrics().worst.contour_error_um.abs());
+    let times = magnification(runs, &in_scale, &desired, &samples);
+    let drawn: Vec<(Vec<(f64, f64)>, bool)> =
+        samples.iter().map(|samples| magnified(samples, times.unwrap_or(1.0))).collect();
+    let is_limited = times.is_some() && drawn.iter().any(|(_, is_limited)| *is_limited);
     let nodes = nodal_points(runs);
 
-    let head = legend(runs, &desired, times, !nodes.is_empty());
+    let head = legend(runs, &in_scale, &desired, times.map(|times| (times, is_limited)), !nodes.is_empty());
     let space = head.draw(&mut figure);
     let points = || {
         let paths = desired.iter().flatten().chain(&nodes).copied();
-        paths.chain(samples.iter().flatten().flat_map(|s| [(s.actual_mm[0], s.actual_mm[1]), large(s)]))
+        let runs = samples.iter().zip(&drawn).zip(&in_scale).filter(|(_, in_scale)| **in_scale);
+        let places = runs.flat_map(|((samples, (large, _)), _)| {
+            samples.iter().map(|s| (s.actual_mm[0], s.actual_mm[1])).zip(large.iter().copied())
+        });
+        paths.chain(places.flat_map(|(actual, large)| [actual, large]))
     };
     let (x, y) = (Range::of(points().map(|p| p.0)), Range::of(points().map(|p| p.1)));
     let (mut subplot, gutter) = equal_scale(space, x, y);
@@ -40,10 +45,10 @@ pub(in super::super) fn figure(runs: &[Named<'_>]) -> Figure {
     subplot.grid(&mut figure);
     if let ([run], Some(_)) = (runs, times)
         && run.data.metrics().samples > 1
-        && let Some(samples) = samples.first()
+        && let (Some(samples), Some((large, _))) = (samples.first(), drawn.first())
     {
         // The band between path and error: out along the one, back along the other.
-        let mut band = thinned(&samples.iter().map(large).map(|(x, y)| subplot.at(x, y)).collect::<Vec<Px>>());
+        let mut band = thinned(&large.iter().map(|(x, y)| subplot.at(*x, *y)).collect::<Vec<Px>>());
         let mut nearest: Vec<Px> = samples.iter().map(|s| subplot.at(s.nearest_mm[0], s.nearest_mm[1])).collect();
         nearest.reverse();
         band.extend(thinned(&nearest));
@@ -52,11 +57,11 @@ pub(in super::super) fn figure(runs: &[Named<'_>]) -> Figure {
     for path in &desired {
         subplot.curve(&mut figure, path.iter().copied(), DESIRED_STYLE);
     }
-    for (run, samples) in runs.iter().zip(&samples) {
+    for ((run, samples), (large, _)) in runs.iter().zip(&samples).zip(&drawn) {
         let actual = samples.iter().map(|s| (s.actual_mm[0], s.actual_mm[1]));
         subplot.curve(&mut figure, actual, actual_line_style(runs, run));
         if times.is_some() {
-            subplot.curve(&mut figure, samples.iter().map(large), error_line_style(runs, run));
+            subplot.curve(&mut figure, large.iter().copied(), error_line_style(runs, run));
         }
     }
     for (x, y) in nodes {
@@ -76,39 +81,49 @@ pub(in super::super) fn figure(runs: &[Named<'_>]) -> Figure {
     figure
 }
 
+/// - `times`: how much larger errors are drawn, and whether somewhere less than that
 fn legend(
     runs: &[Named<'_>],
+    in_scale: &[bool],
     desired: &[Vec<(f64, f64)>],
-    times: Option<f64>,
+    times: Option<(f64, bool)>,
     nodes: bool,
 ) -> super::super::subplot::Heading {
     let mut head = heading(runs, "path and contouring error");
-    let by = times.map(|m| format!("error × {}", significant(m, 6)));
+    let by = times.map(|(m, _)| format!("error × {}", significant(m, 6)));
     if let [run] = runs {
         let metrics = run.data.metrics();
         if metrics.samples > 0 {
             let worst = significant(metrics.worst.contour_error_um.abs(), 4);
-            let large = times.map(|m| format!(", drawn {} times as large", significant(m, 6))).unwrap_or_default();
+            let large = times.map(|(m, _)| format!(", drawn {} times as large", significant(m, 6))).unwrap_or_default();
             head.subtitle = format!("Largest contouring error {worst} µm{large}");
         }
+    }
+    if times.is_some_and(|(_, is_limited)| is_limited) {
+        let less = "where the path bends sharply errors are drawn less large, so that they do not fold";
+        head.subtitle = if head.subtitle.is_empty() { capital(less) } else { format!("{}; {less}", head.subtitle) };
     }
     if !desired.is_empty() {
         head.legend.push(Entry::line(DESIRED_STYLE, "desired path"));
     }
     let legend_dash = (runs.len() > 1).then_some(Dash::new(6.0, 6.0));
+    let has_samples = |run: &Named<'_>| run.data.metrics().samples > 0;
     // Of three and more runs each has one entry.
     if runs.len() > 2 {
         let line_style = |dash| LineStyle { dash, ..LineStyle::solid(MUTED, CURVE_PX) };
         head.legend.push(Entry::line(line_style(legend_dash), "actual paths"));
         head.legend.extend(by.map(|by| Entry::line(line_style(None), by)));
-        head.legend.extend(runs.iter().map(|run| Entry::line(error_line_style(runs, run), run.short())));
+        let entry = |(run, in_scale): (&Named<'_>, &bool)| {
+            Entry::line(error_line_style(runs, run), format!("{}{}", run.short(), off_scale_text(*in_scale)))
+        };
+        head.legend.extend(runs.iter().zip(in_scale).filter(|(run, _)| has_samples(run)).map(entry));
         return head;
     }
-    for run in runs {
+    for (run, in_scale) in runs.iter().zip(in_scale).filter(|(run, _)| has_samples(run)) {
         let of = if runs.len() == 1 { String::new() } else { format!("{}: ", run.short()) };
         head.legend.push(Entry::line(
             LineStyle { dash: legend_dash, ..actual_line_style(runs, run) },
-            format!("{of}actual path"),
+            format!("{of}actual path{}", off_scale_text(*in_scale)),
         ));
         if let Some(by) = &by {
             head.legend.push(Entry::line(error_line_style(runs, run), format!("{of}{by}")));
@@ -160,15 +175,21 @@ fn finite(points: &[[f64; 2]]) -> Vec<(f64, f64)> {
     points.iter().filter(|p| p.iter().all(|c| c.abs() <= 1e100)).map(|[x, y]| (*x, *y)).collect()
 }
 
-/// How many times as large the error is drawn: 1, 2 or 5 times a power of ten, so that the largest one of all runs is
-/// about [`ERROR_SHARE`] of the path's extent. `None` where it can be seen as it is, or is not there at all.
-fn magnification(runs: &[Named<'_>], desired: &[Vec<(f64, f64)>], samples: &[Vec<PlotSample>]) -> Option<f64> {
+/// How many times as large the error is drawn: 1, 2 or 5 times a power of ten, so that the largest one of the runs in
+/// scale is about [`ERROR_SHARE`] of the path's extent. `None` where it can be seen as it is, or is not there at all.
+fn magnification(
+    runs: &[Named<'_>],
+    in_scale: &[bool],
+    desired: &[Vec<(f64, f64)>],
+    samples: &[Vec<PlotSample>],
+) -> Option<f64> {
     let points = || {
         let followed = samples.iter().flatten().map(|s| (s.nearest_mm[0], s.nearest_mm[1]));
         desired.iter().flatten().copied().chain(followed)
     };
     let extent = Range::of(points().map(|p| p.0)).span().max(Range::of(points().map(|p| p.1)).span());
-    let worst_mm = runs.iter().map(|run| run.data.metrics().worst.contour_error_um.abs() * 1e-3).fold(0.0, f64::max);
+    let shown = runs.iter().zip(in_scale).filter(|(_, in_scale)| **in_scale);
+    let worst_mm = shown.map(|(run, _)| run.data.metrics().worst.contour_error_um.abs() * 1e-3).fold(0.0, f64::max);
     let wanted = ERROR_SHARE * extent / worst_mm;
     if !(wanted.is_finite() && wanted > 1.0) {
         return None;

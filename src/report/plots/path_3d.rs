@@ -8,7 +8,7 @@ use super::super::marks::{Anchor, TextFormat};
 use super::super::part_data::{MoveKind, PathPicture};
 use super::super::style::{BORDER, GRID, LineStyle};
 use super::super::subplot::{Entry, Heading};
-use super::named_run::{Named, heading as run_heading, samples};
+use super::named_run::{Named, heading as run_heading, in_scale, off_scale_text, samples};
 use super::rings::{AIR, LINK_TEXT, ends, heading, mark_ends, places};
 use super::sweep::colour::{ROOM_PX, Scale};
 use super::time::LEAST_ERROR_UM;
@@ -98,7 +98,7 @@ fn coloured(figure: &mut Figure, view: &View, frame: &Frame, scale: &Scale, line
 pub(in super::super) fn figure(picture: &PathPicture) -> Figure {
     let mut figure = Figure::default();
     let ranges = [0, 1, 2].map(|i| Range::of(picture.moves.iter().flat_map(places).map(|p| p[i])));
-    let mut head = heading(picture, "tool path in three dimensions");
+    let mut head = heading(picture, "tool path in three dimensions", |part| places(part).nth(1).is_some());
     // Here every cutting move has the colour of its height.
     head.legend.retain(|entry| entry.text != LINK_TEXT);
     let (view, frame) = stage(&mut figure, head, ranges, ROOM_PX);
@@ -127,15 +127,25 @@ pub(in super::super) fn of_runs(runs: &[Named<'_>]) -> Figure {
     let mut figure = Figure::default();
     let samples = samples(runs);
     let cutting = || samples.iter().flatten().filter(|sample| !sample.rapid);
-    let ranges = [0, 1, 2].map(|i| Range::of(samples.iter().flatten().map(|sample| sample.actual_mm[i])));
     let mut errors = Range::of(cutting().map(|sample| sample.contour_error_um.abs()));
     errors.include(0.0);
+    // Of a run that has left the part behind only the commanded path is to be in view.
+    let in_scale = in_scale(runs, |run| run.data.metrics().worst.contour_error_um.abs());
     let mut head = run_heading(runs, "actual path in three dimensions");
     if runs.len() == 1 {
         head.subtitle = format!("Largest contouring error at the feed {} µm", significant(errors.high, 4));
     } else {
-        head.legend.extend(runs.iter().map(|run| Entry::line(run.line_style(1.3), run.short())));
+        let entry = |(run, in_scale): (&Named<'_>, &bool)| {
+            Entry::line(run.line_style(1.3), format!("{}{}", run.short(), off_scale_text(*in_scale)))
+        };
+        head.legend.extend(runs.iter().zip(&in_scale).map(entry));
     }
+    let ranges = [0, 1, 2].map(|i| {
+        let places = samples.iter().zip(&in_scale).flat_map(|(samples, in_scale)| {
+            samples.iter().map(move |sample| if *in_scale { sample.actual_mm[i] } else { sample.command_mm[i] })
+        });
+        Range::of(places)
+    });
     if samples.iter().flatten().any(|sample| sample.rapid) {
         head.legend.push(Entry::line(AIR, "rapid motion"));
     }

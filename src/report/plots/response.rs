@@ -16,6 +16,17 @@ const HALF_POWER: LineStyle = LineStyle { colour: MUTED, width_px: 1.2, dash: So
 /// -3 dB is -3.01 dB.
 const HALF_POWER_DB: f64 = -3.010_299_956_639_812;
 
+/// Magnitudes down to so far below -3 dB are shown \[dB\].
+const MOST_BELOW_DB: f64 = 80.0;
+
+/// The phase, on the branch that is nearest to the model's.
+fn phase_deg(point: &ResponsePoint) -> f64 {
+    match point.model_deg {
+        Some(model) => point.phase_deg + 360.0 * ((model - point.phase_deg) / 360.0).round(),
+        None => point.phase_deg,
+    }
+}
+
 fn model_line_style(colour: Colour) -> LineStyle {
     LineStyle::solid(colour, 1.3)
 }
@@ -30,10 +41,17 @@ pub(in super::super) fn figure(measured: &Response) -> Figure {
     hz.low *= 0.93;
     hz.high *= 1.07;
     let model = || measured.axes.iter().flat_map(|axis| &axis.model_curve);
-    let mut magnitudes = Range::of(moving().map(|point| point.magnitude_db).chain(model().map(|point| point[1])));
+    // A few points far from the rest, where the table hardly moves, do not flatten the others: they are told of at the edge.
+    let mut magnitudes = Range::of_most(moving().map(|point| point.magnitude_db));
+    let mut phases = Range::of_most(moving().map(phase_deg));
+    for [_, db, deg] in model() {
+        magnitudes.include(*db);
+        phases.include(*deg);
+    }
     magnitudes.include(0.0);
     magnitudes.include(HALF_POWER_DB);
-    let mut phases = Range::of(moving().map(|point| point.phase_deg).chain(model().map(|point| point[2])));
+    // Nor does the bottom of a notch.
+    magnitudes.low = magnitudes.low.max(HALF_POWER_DB - MOST_BELOW_DB);
     phases.include(0.0);
     let height = subplot_height(&space, 2, GAP);
     let y = [
@@ -52,14 +70,14 @@ pub(in super::super) fn figure(measured: &Response) -> Figure {
     // Axes that are alike lie on each other: one inside the other.
     for ((axis, colour), radius_px) in axes.iter().zip([4.4, 2.8]) {
         draw(&mut figure, magnitude, axis, *colour, radius_px, 1, |point| point.magnitude_db);
-        draw(&mut figure, phase, axis, *colour, radius_px, 2, |point| point.phase_deg);
+        draw(&mut figure, phase, axis, *colour, radius_px, 2, phase_deg);
     }
     for (axis, colour) in &axes {
         let name = axis.axis.to_uppercase();
         if let Some(hz) = axis.bandwidth_hz {
             let at = magnitude.at(hz, HALF_POWER_DB);
             if magnitude.holds(at) {
-                figure.ring(at, 5.0, 1.5, *colour);
+                magnitude.ring(&mut figure, at, 5.0, 1.5, *colour);
             }
             magnitude.point_label(&mut figure, at, &format!("{name}: −3 dB at {} Hz", significant(hz, 4)), *colour);
         }
@@ -67,6 +85,20 @@ pub(in super::super) fn figure(measured: &Response) -> Figure {
             let at = magnitude.at(axis.peak_hz, axis.peak_db);
             let text = format!("{name}: {} dB at {} Hz", significant(axis.peak_db, 3), significant(axis.peak_hz, 4));
             magnitude.point_label(&mut figure, at, &text, *colour);
+        }
+    }
+    for (axis, colour) in &axes {
+        let moving = axis.points.iter().filter(|point| point.moves());
+        for point in moving {
+            let name = axis.axis.to_uppercase();
+            let hz = significant(point.frequency_hz, 4);
+            let (db, deg) = (point.magnitude_db, phase_deg(point));
+            let place = magnitude.at(point.frequency_hz, db);
+            let text = format!("{name}: {} dB at {hz} Hz", significant(db, 3));
+            magnitude.beyond(&mut figure, place, &text, *colour);
+            let place = phase.at(point.frequency_hz, deg);
+            let text = format!("{name}: {}° at {hz} Hz", significant(deg, 3));
+            phase.beyond(&mut figure, place, &text, *colour);
         }
     }
     magnitude.level_label(&mut figure, HALF_POWER_DB, "−3 dB", MUTED);
@@ -113,7 +145,9 @@ fn heading(measured: &Response, axes: &[(&AxisResponse, Colour)]) -> Heading {
     let mut legend = Vec::new();
     for (axis, colour) in axes {
         let name = axis.axis.to_uppercase();
-        legend.push(Entry { symbol: Symbol::Ring(*colour), text: format!("{name} measured") });
+        if axis.points.iter().any(ResponsePoint::moves) {
+            legend.push(Entry { symbol: Symbol::Ring(*colour), text: format!("{name} measured") });
+        }
         if let (Some(db), Some(deg)) = (axis.model_deviation_db, axis.model_deviation_deg) {
             let within = |value: f64| if value < 1e-3 { "0.001".to_owned() } else { significant(1.005 * value, 2) };
             let apart = format!("{name} linear analysis (within {} dB, {}°)", within(db), within(deg));
@@ -122,9 +156,11 @@ fn heading(measured: &Response, axes: &[(&AxisResponse, Colour)]) -> Heading {
     }
     let warnings =
         axes.iter().flat_map(|(axis, _)| axis.warnings.iter().map(|w| format!("{}: {w}", axis.axis.to_uppercase())));
+    let is_filled = axes.iter().flat_map(|(axis, _)| &axis.points).any(|point| point.moves() && point.saturated);
+    let filled = if is_filled { "; filled points are where the drive saturated" } else { "" };
     Heading {
         title: format!("{name}: frequency response, command to table"),
-        subtitle: "Sine by sine through the loop; filled points are where the drive saturated".to_owned(),
+        subtitle: format!("Sine by sine through the loop{filled}"),
         warnings: warnings.collect(),
         legend,
     }

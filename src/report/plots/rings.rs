@@ -18,14 +18,16 @@ const BORDER: LineStyle = LineStyle { colour: MUTED, width_px: 2.4, dash: None }
 /// Rings with arrows: some of many.
 const ARROWED: usize = 5;
 
-/// Title, caption and what every kind of move looks like.
-pub(super) fn heading(picture: &PathPicture, what: &str) -> Heading {
-    let has = |wanted: fn(MoveKind) -> bool| picture.moves.iter().any(|m| wanted(m.kind) && m.points_mm.len() > 1);
+/// Title, caption and what every kind of move that is drawn looks like; `is_drawn` says of a move whether it is.
+pub(super) fn heading(picture: &PathPicture, what: &str, is_drawn: impl Fn(&PathMove) -> bool) -> Heading {
+    let has = |wanted: fn(MoveKind) -> bool| picture.moves.iter().any(|m| wanted(m.kind) && is_drawn(m));
     let mut legend = Vec::new();
     legend.extend(has(|kind| kind == MoveKind::Link).then(|| Entry::line(LINK, LINK_TEXT)));
     legend.extend(has(|kind| kind == MoveKind::Air).then(|| Entry::line(AIR, "rapid moves")));
-    legend.push(Entry { symbol: Symbol::Ring(INK), text: "start".to_owned() });
-    legend.push(Entry { symbol: Symbol::Ring(VERMILLION), text: "end".to_owned() });
+    if ends(picture).is_some() {
+        legend.push(Entry { symbol: Symbol::Ring(INK), text: "start".to_owned() });
+        legend.push(Entry { symbol: Symbol::Ring(VERMILLION), text: "end".to_owned() });
+    }
     Heading {
         title: format!("{}: {what}", font::shortened(&printable(&picture.name), TITLE_EM, 700.0)),
         subtitle: capital(&printable(&picture.caption)),
@@ -37,6 +39,12 @@ pub(super) fn heading(picture: &PathPicture, what: &str) -> Heading {
 /// The places of a move that are numbers.
 pub(super) fn places(of: &PathMove) -> impl DoubleEndedIterator<Item = [f64; 3]> + '_ {
     of.points_mm.iter().copied().filter(|p| p.iter().all(|c| c.abs() <= 1e100))
+}
+
+/// Whether a move is more than a point in plan: a plunge is not.
+fn is_seen_in_plan(of: &PathMove) -> bool {
+    let mut points = places(of).map(|p| [p[0], p[1]]);
+    points.next().is_some_and(|first| points.any(|point| point != first))
 }
 
 /// First and last place of a path.
@@ -55,7 +63,7 @@ pub(super) fn mark_ends(figure: &mut Figure, [start, end]: [Px; 2]) {
 
 pub(in super::super) fn figure(picture: &PathPicture) -> Figure {
     let mut figure = Figure::default();
-    let mut head = heading(picture, "tool path in plan");
+    let mut head = heading(picture, "tool path in plan", is_seen_in_plan);
     let borders: Vec<Vec<(f64, f64)>> = picture
         .borders_mm
         .iter()
@@ -106,8 +114,7 @@ pub(in super::super) fn figure(picture: &PathPicture) -> Figure {
                 _ => continue,
             };
             let line: Vec<(f64, f64)> = places(part).map(|p| (p[0], p[1])).collect();
-            // A plunge is a point in plan.
-            if line.windows(2).all(|p| p[0] == p[1]) {
+            if !is_seen_in_plan(part) {
                 continue;
             }
             subplot.curve(&mut figure, line.iter().copied(), line_style);

@@ -77,19 +77,23 @@ fn steps(figure: &mut Figure, measured: &Steps, space: Frame) {
         subplot.curve(figure, shown(axis), LineStyle::solid(colour, CURVE_PX));
         if let Some(settling_s) = axis.step.settling_s.filter(|settling_s| *settling_s <= end) {
             let at = subplot.at(1e3 * settling_s, near(&axis.step_samples, settling_s).actual_um);
-            figure.ring(at, 4.0, 1.5, colour);
+            subplot.ring(figure, at, 4.0, 1.5, colour);
             let text = format!("settled in {} ms", significant(1e3 * settling_s, 3));
             subplot.point_label(figure, at, &text, colour);
         }
         if let (None, Some(last)) = (axis.step.settling_s, axis.step_samples.last()) {
             let at = subplot.at(0.75e3 * end, last.actual_um);
-            let text = format!("rests {} µm off", significant(axis.step.rest_um.abs(), 3));
+            let text = if axis.stable {
+                format!("rests {} µm off", significant(axis.step.rest_um.abs(), 3))
+            } else {
+                "does not settle: the loop is unstable".to_owned()
+            };
             subplot.point_label(figure, at, &text, colour);
         }
         let top = axis.step_samples.iter().copied().reduce(|a, b| if b.actual_um > a.actual_um { b } else { a });
         if let Some(top) = top.filter(|top| axis.step.overshoot_percent > 0.1 && top.time_s <= end) {
             let at = subplot.at(1e3 * top.time_s, top.actual_um);
-            figure.ring(at, 4.0, 1.5, colour);
+            subplot.ring(figure, at, 4.0, 1.5, colour);
             let text = format!("overshoot {} %", significant(axis.step.overshoot_percent, 3));
             subplot.point_label(figure, at, &text, colour);
         }

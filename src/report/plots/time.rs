@@ -5,7 +5,9 @@ use super::super::data::PlotSample;
 use super::super::figure::Figure;
 use super::super::style::{CURVE_PX, INK};
 use super::super::subplot::{Entry, Subplot, gutter, stack, subplot_height, x_axis, y_axis};
-use super::named_run::{LIMIT, LIMIT_IN_VIEW, Named, heading, limits, off_scale, samples, time_range};
+use super::named_run::{
+    LIMIT, LIMIT_IN_VIEW, Named, heading, in_scale, limits, off_scale, off_scale_text, samples, time_range,
+};
 use super::words::capital;
 use crate::parameters::{AXIS_NAMES, axis_name};
 
@@ -19,7 +21,9 @@ pub(in super::super) fn contour(runs: &[Named<'_>]) -> Figure {
     let mut figure = Figure::default();
     let samples = samples(runs);
     let error = |sample: &PlotSample| sample.contour_error_um;
-    let mut range = Range::of(samples.iter().flatten().map(error));
+    let in_scale = in_scale(runs, |run| run.data.metrics().worst.contour_error_um.abs());
+    let scaled = samples.iter().zip(&in_scale).filter(|(_, is_shown)| **is_shown).map(|(samples, _)| samples);
+    let mut range = Range::of(scaled.flatten().map(error));
     range.include(0.0);
     let limits = limits(runs, "contour_error_um", range.magnitude());
     for (limit, _) in limits.iter().filter(|(_, in_view)| *in_view) {
@@ -37,10 +41,11 @@ pub(in super::super) fn contour(runs: &[Named<'_>]) -> Figure {
         }
         head.legend.push(Entry::line(run.line_style(CURVE_PX), "contouring error, positive to the left of the path"));
     } else {
-        let entry = |run: &Named<'_>| {
-            Entry::line(run.line_style(CURVE_PX), format!("{} ({})", run.short(), contour_metrics(run)))
+        let entry = |(run, in_scale): (&Named<'_>, &bool)| {
+            let text = format!("{} ({}{})", run.short(), contour_metrics(run), off_scale_text(*in_scale));
+            Entry::line(run.line_style(CURVE_PX), text)
         };
-        head.legend.extend(runs.iter().map(entry));
+        head.legend.extend(runs.iter().zip(&in_scale).map(entry));
     }
     head.legend.extend(off_scale(&limits, "limit ±", "µm"));
     let space = head.draw(&mut figure);
@@ -54,13 +59,24 @@ pub(in super::super) fn contour(runs: &[Named<'_>]) -> Figure {
         subplot.level(&mut figure, *limit, LIMIT);
         subplot.level(&mut figure, -*limit, LIMIT);
     }
-    for (run, samples) in runs.iter().zip(&samples) {
-        subplot.curve(&mut figure, samples.iter().map(|s| (s.time_s, error(s))), run.line_style(CURVE_PX));
+    // Those off the scale below the others.
+    let mut order: Vec<_> = runs.iter().zip(&samples).zip(&in_scale).collect();
+    order.sort_by_key(|(_, in_scale)| **in_scale);
+    let curves = order.iter().map(|((run, samples), _)| {
+        let values = samples.iter().map(|s| (s.time_s, error(s)));
+        (values, run.line_style(CURVE_PX))
+    });
+    subplot.time_curves(&mut figure, curves);
+    for ((run, samples), in_scale) in &order {
+        if !**in_scale && let Some(out) = samples.iter().find(|s| !subplot.y.range.holds(error(s))) {
+            let place = subplot.at(out.time_s, error(out));
+            subplot.beyond(&mut figure, place, &format!("{}: locked up", run.short()), run.colour);
+        }
     }
-    for run in runs.iter().filter(|run| run.data.metrics().samples > 0) {
+    for (run, _) in runs.iter().zip(&in_scale).filter(|(run, is_shown)| **is_shown && run.data.metrics().samples > 0) {
         let worst = run.data.metrics().worst;
         let at = subplot.at(worst.time_s, error(&worst));
-        figure.ring(at, 4.5, 1.5, run.colour);
+        subplot.ring(&mut figure, at, 4.5, 1.5, run.colour);
         if runs.len() <= LABELLED_RUNS {
             let text = format!("max {} µm", significant(error(&worst).abs(), 4));
             subplot.point_label(&mut figure, at, &text, if runs.len() == 1 { INK } else { run.colour });
@@ -131,9 +147,11 @@ pub(in super::super) fn voltage(runs: &[Named<'_>]) -> Figure {
             subplot.level(&mut figure, *limit, LIMIT);
             subplot.level(&mut figure, -*limit, LIMIT);
         }
-        for (run, samples) in runs.iter().zip(&samples) {
-            subplot.curve(&mut figure, samples.iter().map(|s| (s.time_s, s.voltage_v[axis])), run.line_style(CURVE_PX));
-        }
+        let curves = runs.iter().zip(&samples).map(|(run, samples)| {
+            let values = samples.iter().map(move |s| (s.time_s, s.voltage_v[axis]));
+            (values, run.line_style(CURVE_PX))
+        });
+        subplot.time_curves(&mut figure, curves);
         for (limit, _) in limits {
             subplot.level_label(
                 &mut figure,

@@ -1,8 +1,8 @@
 //! How a tuning converged: the best so far of every start, over evaluations.
 
-use super::super::axis::{Axis, Range, significant};
+use super::super::axis::{Axis, Range, significant, told_apart};
 use super::super::convergence::Convergence;
-use super::super::curve::Frame;
+use super::super::curve::{Dash, Frame};
 use super::super::figure::Figure;
 use super::super::font;
 use super::super::style::{CURVE_PX, Colour, INK, LineStyle, RUN_COLOURS};
@@ -12,8 +12,14 @@ use crate::optimize::Step;
 
 const GAP: f64 = 20.0;
 
+/// Room above and below the objectives, as a factor on their logarithmic axis.
+const MARGIN: f64 = 1.08;
+
 /// Share of the height that the violations take, where there are any.
 const VIOLATIONS: f64 = 0.28;
+
+const EVALUATIONS: &str = "evaluations of each start, behind the longest those of the polish";
+const EVALUATIONS_ALONE: &str = "evaluations of each start";
 
 /// Stroke of the starts \[px\].
 const THIN_PX: f64 = 1.1;
@@ -68,11 +74,16 @@ pub(in super::super) fn figure(convergence: &Convergence<'_>) -> Figure {
     let lower_px = share * space.height();
     let upper_px = space.height() - lower_px - if is_any_outside { GAP } else { 0.0 };
     let decades = |values: Vec<f64>, most| Axis::logarithmic(Range::of(values), most);
-    let y = decades(searches.iter().flat_map(Drawn::objectives).map(|(_, objective)| objective).collect(), 8);
+    let objectives = Range::of(searches.iter().flat_map(Drawn::objectives).map(|(_, objective)| objective));
+    let wide = Range { low: objectives.low / MARGIN, high: objectives.high * MARGIN };
+    let y = Axis::logarithmic_within(wide, upper_px, 45.0);
     let below = decades(searches.iter().flat_map(Drawn::violations).map(|(_, violation)| violation).collect(), 4);
     let gutter = if is_any_outside { gutter(&[&y, &below]) } else { gutter(&[&y]) };
     let frame = Frame { left: space.left + gutter, right: space.right - 8.0, ..space };
-    let x = x_axis(evaluations.padded(0.0, 0.01), frame.width(), true);
+    let x = x_axis(evaluations.padded(0.0, 0.02), frame.width(), true);
+
+    let is_polished = convergence.searches.iter().any(|(start, _)| start.is_none());
+    let evaluations_title = if is_polished { EVALUATIONS } else { EVALUATIONS_ALONE };
 
     let mut subplot = Subplot::new(Frame { bottom: space.top + upper_px, ..frame }, x.clone(), y);
     subplot.grid(&mut figure);
@@ -99,9 +110,9 @@ pub(in super::super) fn figure(convergence: &Convergence<'_>) -> Figure {
         }
         subplot.border(&mut figure, true, true);
         subplot.y_title(&mut figure, gutter, "violation", "");
-        subplot.x_title(&mut figure, "evaluations of a start", "");
+        subplot.x_title(&mut figure, evaluations_title, "");
     } else {
-        subplot.x_title(&mut figure, "evaluations of a start", "");
+        subplot.x_title(&mut figure, evaluations_title, "");
     }
     figure
 }
@@ -118,7 +129,7 @@ fn drawn<'a>(convergence: &Convergence<'a>) -> Vec<Drawn<'a>> {
     };
     let one = |(start, steps): &(Option<usize>, &'a [Step])| match start {
         Some(start) => {
-            let line_style = LineStyle::solid(pale(own_or_other(*start)), THIN_PX);
+            let line_style = LineStyle { dash: dash(*start), ..LineStyle::solid(pale(own_or_other(*start)), THIN_PX) };
             Drawn { steps, offset: 0.0, line_style }
         }
         None => Drawn { steps, offset: longest, line_style: LineStyle::solid(INK, CURVE_PX) },
@@ -130,6 +141,13 @@ fn drawn<'a>(convergence: &Convergence<'a>) -> Vec<Drawn<'a>> {
 fn own_or_other(start: usize) -> Colour {
     let others = RUN_COLOURS.len() - 1;
     if start == 0 { RUN_COLOURS[0] } else { RUN_COLOURS[1 + (start - 1) % others] }
+}
+
+/// Where colours come again, dashes tell starts apart.
+fn dash(start: usize) -> Option<Dash> {
+    const DASHES: [Option<Dash>; 3] = [None, Some(Dash::new(8.0, 4.0)), Some(Dash::new(3.0, 3.0))];
+    let others = RUN_COLOURS.len() - 1;
+    DASHES[start.saturating_sub(1) / others % DASHES.len()]
 }
 
 /// The best so far stays until there is a better one.
@@ -150,20 +168,24 @@ fn heading(convergence: &Convergence<'_>, searches: &[Drawn<'_>], is_any_outside
     let name = font::shortened(&printable(convergence.name), TITLE_EM, 700.0);
     let mut heading =
         Heading { title: format!("{name}: tuning"), subtitle: printable(convergence.subtitle), ..Heading::default() };
-    let starts = convergence.searches.iter().filter(|(start, _)| start.is_some()).count();
-    if let Some(first) = searches.first() {
-        heading.legend.push(Entry::line(first.line_style, "the scenario's own gains"));
-    }
-    if let Some(second) = searches.get(1).filter(|_| starts > 1) {
-        let others = if starts == 2 { "1 other start".to_owned() } else { format!("{} other starts", starts - 1) };
-        heading.legend.push(Entry::line(second.line_style, others));
-    }
-    if searches.len() > starts {
-        heading.legend.push(Entry::line(LineStyle::solid(INK, CURVE_PX), "polish of the best"));
+    let finals: Vec<Option<f64>> =
+        searches.iter().map(|search| search.objectives().last().map(|(_, objective)| *objective)).collect();
+    let mut texts = told_apart(&finals.iter().flatten().copied().collect::<Vec<_>>(), 4).into_iter();
+    for ((search, reached), (start, _)) in searches.iter().zip(&finals).zip(&convergence.searches) {
+        let what = match start {
+            Some(0) => "start 1, the scenario's own gains".to_owned(),
+            Some(start) => format!("start {}", start + 1),
+            None => "polish of the best".to_owned(),
+        };
+        let reached = match reached {
+            Some(_) => format!("{} {}", texts.next().unwrap_or_default(), convergence.unit),
+            None => "keeps not every constraint".to_owned(),
+        };
+        heading.legend.push(Entry::line(search.line_style, format!("{what}: {reached}")));
     }
     if is_any_outside && let Some(search) = searches.iter().find(|search| search.entry().is_some()) {
         let symbol = super::super::subplot::Symbol::Ring(search.line_style.colour);
-        heading.legend.push(Entry { symbol, text: "every constraint kept from here on".to_owned() });
+        heading.legend.push(Entry { symbol, text: "keeps every constraint from here on".to_owned() });
     }
     heading
 }

@@ -1,11 +1,11 @@
 //! How often the metric takes which value.
 
-use super::super::super::axis::{Axis, Range};
+use super::super::super::axis::{Axis, Range, told_apart};
 use super::super::super::curve::{Dash, Frame};
 use super::super::super::figure::Figure;
 use super::super::super::style::{INK, LineStyle, RUN_COLOURS, WHITE};
 use super::super::super::subplot::{Entry, Subplot, gutter, stack, x_axis, y_axis};
-use super::shared::{heading, with_unit};
+use super::shared::heading;
 use crate::sweep::{SweepPicture, SweepPlot};
 
 /// From this ratio of the 99th percentile to the smallest value on the axis is logarithmic.
@@ -26,12 +26,17 @@ pub(in super::super::super) fn figure(picture: &SweepPicture) -> Figure {
     let beyond = values.iter().filter(|value| !is_shown(**value)).count();
     let line_styles = [[4.0, 3.0], [30.0, 0.1], [9.0, 4.0], [2.0, 2.0]]
         .map(|[on, off]| LineStyle { dash: (off > 1.0).then_some(Dash::new(on, off)), ..LineStyle::solid(INK, 1.5) });
-    for ((percent, value), line_style) in percentiles.iter().zip(line_styles) {
-        head.legend.push(Entry::line(line_style, format!("{percent} %: {}", with_unit(picture, *value))));
+    // Percentiles that lie close together are written with the digits that tell them apart.
+    let all: Vec<f64> = percentiles.iter().map(|(_, value)| *value).chain(values.last().copied()).collect();
+    let mut texts =
+        told_apart(&all, 4).into_iter().map(|text| format!("{text} {}", picture.unit).trim_end().to_owned());
+    for ((percent, _), line_style) in percentiles.iter().zip(line_styles) {
+        let text = texts.next().unwrap_or_default();
+        head.legend.push(Entry::line(line_style, format!("{percent} %: {text}")));
     }
-    if let Some(largest) = values.last() {
+    if let Some(largest) = texts.next_back() {
         let beyond = if beyond > 0 { format!(" ({beyond} beyond the right end)") } else { String::new() };
-        head.subtitle = format!("{}; largest {}{beyond}", head.subtitle, with_unit(picture, *largest));
+        head.subtitle = format!("{}; largest {largest}{beyond}", head.subtitle);
     }
     let space = head.draw(&mut figure);
     if range.is_empty() {
