@@ -32,6 +32,7 @@
 //!
 //! | module | contents |
 //! |---|---|
+//! | [`parameters`] | what a parameter is: key, unit, range, default, slider, help; names of the axes |
 //! | [`lane`] | numbers side by side: what the hot loops are generic over |
 //! | [`path`] | PH quintic splines, NURBS, lines, polylines, circles: arc length, point, tangent, curvature, nearest point |
 //! | [`optimize`] | pattern search, Nelder-Mead, CMA-ES |

@@ -1,7 +1,8 @@
 //! Bernstein feedrate `V(τ) = Σ V_k b_k^n(τ)` of degree 1, 3 and 5 with general end conditions.
 
 use super::motion_sample::MotionSample;
-use super::{FeedrateError, bounded, positive};
+use super::parameters::{PHASE, within};
+use super::{FeedrateError, bounded};
 
 /// Feed, acceleration and jerk at one end of a phase.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
@@ -54,7 +55,7 @@ impl BernsteinPhase {
     /// # Errors
     /// `duration_s` not between 1e-9 and 1e9, a state that is not finite.
     pub fn quintic(start: FeedState, end: FeedState, duration_s: f64) -> Result<Self, FeedrateError> {
-        let t = positive("phase_s", duration_s)?;
+        let t = within(&PHASE, duration_s)?;
         start.check()?;
         end.check()?;
         let feed = [
@@ -73,7 +74,7 @@ impl BernsteinPhase {
     /// # Errors
     /// `duration_s` not between 1e-9 and 1e9, a state that is not finite.
     pub fn cubic(start: FeedState, end: FeedState, duration_s: f64) -> Result<Self, FeedrateError> {
-        let t = positive("phase_s", duration_s)?;
+        let t = within(&PHASE, duration_s)?;
         start.check()?;
         end.check()?;
         let c = [
@@ -98,7 +99,7 @@ impl BernsteinPhase {
     /// # Errors
     /// `duration_s` not between 1e-9 and 1e9, a feed that is not finite.
     pub fn linear(start_mm_s: f64, end_mm_s: f64, duration_s: f64) -> Result<Self, FeedrateError> {
-        let t = positive("phase_s", duration_s)?;
+        let t = within(&PHASE, duration_s)?;
         bounded("feed_mm_s", start_mm_s)?;
         bounded("feed_mm_s", end_mm_s)?;
         let feed = std::array::from_fn(|k| start_mm_s + (end_mm_s - start_mm_s) * (k as f64 / 5.0));

@@ -1,6 +1,6 @@
 //! Why a motion could not be planned.
 
-use crate::parameters::OutOfRange;
+use crate::parameters::{OutOfRange, Range};
 
 /// Why a motion could not be planned.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
@@ -65,11 +65,8 @@ pub enum FeedrateError {
 
 /// `value` if it lies between 1e-9 and 1e9: quotients and powers of such values neither overflow nor vanish.
 pub(crate) fn positive(name: &'static str, value: f64) -> Result<f64, FeedrateError> {
-    if (1e-9..=1e9).contains(&value) {
-        Ok(value)
-    } else {
-        Err(FeedrateError::OutOfRange(OutOfRange::new(name, value, "a positive number, from 1e-9 to 1e9")))
-    }
+    let range = Range::POSITIVE;
+    if range.contains(value) { Ok(value) } else { Err(OutOfRange::new(name, value, range.to_string()).into()) }
 }
 
 /// `value` if it is finite and of a size that a motion can have.

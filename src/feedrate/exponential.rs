@@ -1,10 +1,10 @@
 //! The exponential modification of the quintic: lower peak jerk in the same time and distance.
 
-use crate::parameters::OutOfRange;
+use super::parameters::{FEED, N_C, PHASE, within};
 use std::ops::RangeInclusive;
 
+use super::FeedrateError;
 use super::motion_sample::MotionSample;
-use super::{FeedrateError, positive};
 
 /// Exponents that [`ExponentialPhase`] takes.
 ///
@@ -56,11 +56,9 @@ impl ExponentialPhase {
 
     /// The same shape at `share` of the commanded feed: feed, acceleration and jerk all fall by that factor.
     pub(super) fn scaled(feed_mm_s: f64, duration_s: f64, n_c: f64, share: f64) -> Result<Self, FeedrateError> {
-        positive("feed_mm_s", feed_mm_s)?;
-        positive("phase_s", duration_s)?;
-        if !N_C_RANGE.contains(&n_c) {
-            return Err(FeedrateError::OutOfRange(OutOfRange::new("n_c", n_c, "between 1 and 20")));
-        }
+        within(&FEED, feed_mm_s)?;
+        within(&PHASE, duration_s)?;
+        within(&N_C, n_c)?;
         // Integration by parts, from the highest power down: q_k = (h_k - (k+1) q_{k+1}) / n.
         let mut antiderivative = [0.0; 6];
         let mut above = 0.0;

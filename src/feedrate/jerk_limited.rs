@@ -1,7 +1,8 @@
 //! The acceleration half of a seven-phase jerk-limited motion.
 
+use super::FeedrateError;
 use super::motion_sample::MotionSample;
-use super::{FeedrateError, positive};
+use super::parameters::{ACCEL, FEED, JERK, within};
 
 /// From rest to a feed with bounded acceleration and jerk, in the shortest time: jerk `+j`, then constant acceleration,
 /// then jerk `-j`. Where the feed is too low for the acceleration limit to be reached the middle part has no length.
@@ -21,9 +22,9 @@ impl JerkLimitedPhase {
     /// # Errors
     /// Any of the three not between 1e-9 and 1e9.
     pub fn new(feed_mm_s: f64, accel_mm_s2: f64, jerk_mm_s3: f64) -> Result<Self, FeedrateError> {
-        let feed = positive("feed_mm_s", feed_mm_s)?;
-        let accel = positive("accel_mm_s2", accel_mm_s2)?;
-        let jerk = positive("jerk_mm_s3", jerk_mm_s3)?;
+        let feed = within(&FEED, feed_mm_s)?;
+        let accel = within(&ACCEL, accel_mm_s2)?;
+        let jerk = within(&JERK, jerk_mm_s3)?;
         Ok(Self::checked(feed, accel, jerk))
     }
 

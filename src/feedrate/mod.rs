@@ -22,6 +22,7 @@ mod look_ahead;
 mod motion;
 mod motion_sample;
 mod n_c;
+mod parameters;
 mod phase;
 mod planned;
 mod span;
@@ -42,3 +43,4 @@ pub use span::Span;
 
 use error::bounded;
 pub(crate) use error::positive;
+pub(crate) use parameters::{AT, FEED, OF_EACH_AXIS, TRANSITION};

@@ -1,5 +1,6 @@
 //! Motion along a path of a given length: accelerate, cruise, decelerate.
 
+use super::parameters::{ACCEL, FEED, JERK, PHASE, within};
 use std::sync::Arc;
 
 use super::feed_override::{AxisDerivatives, Bounds, FeedOverride, Overridden, OverrideChange};
@@ -125,9 +126,9 @@ impl Motion {
     /// changes its sign ([`FeedrateError::NotMonotone`]).
     pub fn plan(length_mm: f64, feed_mm_s: f64, profile: Profile) -> Result<Self, FeedrateError> {
         let length = positive("length_mm", length_mm)?;
-        let wanted = positive("feed_mm_s", feed_mm_s)?;
+        let wanted = within(&FEED, feed_mm_s)?;
         // Both phases together cover V T: the path is long enough from L = V T on.
-        let reachable = |phase_s: f64| Ok::<_, FeedrateError>(wanted.min(length / positive("phase_s", phase_s)?));
+        let reachable = |phase_s: f64| Ok::<_, FeedrateError>(wanted.min(length / within(&PHASE, phase_s)?));
         let steady = FeedState::steady;
         let accelerate = match profile {
             Profile::Linear { phase_s } => Phase::Bernstein(BernsteinPhase::linear(0.0, reachable(phase_s)?, phase_s)?),
@@ -142,8 +143,8 @@ impl Motion {
                 Phase::Exponential(ExponentialPhase::scaled(wanted, phase_s, n_c, share)?)
             }
             Profile::JerkLimited { accel_mm_s2, jerk_mm_s3 } => {
-                let accel = positive("accel_mm_s2", accel_mm_s2)?;
-                let jerk = positive("jerk_mm_s3", jerk_mm_s3)?;
+                let accel = within(&ACCEL, accel_mm_s2)?;
+                let jerk = within(&JERK, jerk_mm_s3)?;
                 let feed = JerkLimitedPhase::highest_feed_mm_s(length, wanted, accel, jerk);
                 Phase::JerkLimited(JerkLimitedPhase::checked(feed, accel, jerk))
             }

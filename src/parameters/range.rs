@@ -99,6 +99,9 @@ impl fmt::Display for Range {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let (low, high) = (self.low.value(), self.high.value());
         let [l, h] = [low, high].map(written);
+        if self.whole && (low, high) == (0.0, 1.0) {
+            return f.write_str("0 or 1");
+        }
         if self.whole {
             return write!(f, "a whole number from {l} to {h}");
         }

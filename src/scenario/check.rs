@@ -143,35 +143,18 @@ pub(super) fn name(raw: Option<&Spanned<String>>, default_name: &str, problems: 
 }
 
 pub(super) fn of_feedrate(error: &FeedrateError, span: Range<usize>) -> Diagnostic {
-    Diagnostic::new(error.to_string()).at(span).help(match error {
-        FeedrateError::OutOfRange(OutOfRange { key: "n_c", .. }) => {
-            "n_c is usually 5 to 10; n_c = \"optimize\" finds the one with the lowest peak jerk"
-        }
-        FeedrateError::OutOfRange(OutOfRange { key: "phase_s", .. }) => "give the time to reach the feed in seconds, such as 0.1",
-        FeedrateError::OutOfRange(OutOfRange { key: "feed_mm_s", .. }) => "give the feed in mm/s, such as 100",
-        FeedrateError::OutOfRange(OutOfRange { key: "velocity_mm_s" | "acceleration_mm_s2" | "jerk_mm_s3", .. }) => {
-            "give a positive number for X and one for Y, such as acceleration_mm_s2 = [2000, 2000]"
-        }
-        FeedrateError::OutOfRange(OutOfRange { key: "grid points", .. }) => {
-            "the path is too long for the way on which these limits are reached: raise velocity_mm_s or jerk_mm_s3, or lower acceleration_mm_s2"
-        }
-        FeedrateError::OutOfRange(OutOfRange { key: "motion time", .. }) => {
-            "limits that a machine has: some 100 mm/s, some 1000 mm/s² and some 10000 mm/s³"
-        }
-        FeedrateError::OutOfRange(OutOfRange { key: "at_s", .. }) => "give the time in seconds from the start of the run, such as 0.4",
-        FeedrateError::OutOfRange(OutOfRange { key: "transition_s", .. }) => {
-            "give the length of the change in seconds, such as 0.1, or leave the key out"
-        }
+    let help = match error {
+        FeedrateError::OutOfRange(error) => return out_of_range("", error, span, ""),
         FeedrateError::OverrideOrder { .. } => "put the changes of the override in the order of their at_s",
         FeedrateError::HeldForEver { .. } => "end the hold with a later [[feedrate.override]] that has percent = 100",
-        FeedrateError::OutOfRange(_) => "give a positive number, such as accel_mm_s2 = 2000, jerk_mm_s3 = 50000",
         FeedrateError::NotMonotone { .. } => {
             "lower n_c, shorten phase_s or raise feed_mm_s; or use [feedrate.profile.quintic]"
         }
         FeedrateError::BadShape { .. } | FeedrateError::Corner { .. } => {
             "limits of the axes need a path that is smooth up to its curvature; [feedrate.profile.jerk_limited] runs along any"
         }
-    })
+    };
+    Diagnostic::new(error.to_string()).at(span).help(help)
 }
 
 /// Motion, profile, and the search for its exponent.
@@ -249,7 +232,8 @@ fn feedrate(raw: &RawFeedrate, length_mm: f64, path: Option<&dyn Path<2>>, probl
 
 pub(super) fn control(raw: &RawControl, problems: &mut Problems) -> LoopSettings {
     let mut settings = LoopSettings::default();
-    for (name, raw) in [("period_s", &raw.period_s), ("settling_s", &raw.settling_s)] {
+    let delay = raw.delay_samples.as_ref().map(|raw| Spanned::new(raw.span(), *raw.get_ref() as f64));
+    for (name, raw) in [("period_s", &raw.period_s), ("settling_s", &raw.settling_s), ("delay_samples", &delay)] {
         let entry = LoopSettings::ENTRIES.iter().find(|entry| entry.parameter.name() == name);
         if let (Some(entry), Some(raw)) = (entry, raw) {
             (entry.set)(&mut settings, *raw.get_ref());
@@ -262,19 +246,6 @@ pub(super) fn control(raw: &RawControl, problems: &mut Problems) -> LoopSettings
         Some(RawDerivative::Backward) => settings.derivative = Derivative::Backward,
         Some(RawDerivative::Exact) => settings.derivative = Derivative::Exact,
         None => {}
-    }
-    if let Some(delay) = &raw.delay_samples {
-        match *delay.get_ref() {
-            0 => settings.one_sample_delay = false,
-            1 => settings.one_sample_delay = true,
-            other => problems.push(
-                Diagnostic::new(format!("delay_samples = {other} is out of range: it must be 0 or 1"))
-                    .at(delay.span())
-                    .help(
-                        "0: the voltage acts at once, as in the paper; 1: one control period later, as in most drives",
-                    ),
-            ),
-        }
     }
     settings
 }

@@ -4,8 +4,10 @@ use super::FeedProfile;
 use super::check::{Planned, Problems, of_feedrate};
 use super::diagnostics::Diagnostic;
 use super::file::{RawAxisLimited, RawFeedrate};
-use crate::feedrate::{AxisLimits, FeedOverride, FeedrateError, MAX_OVERRIDE_STEPS, Motion, OverrideStep, positive};
-use crate::parameters::OutOfRange;
+use super::number_table::out_of_range;
+use crate::feedrate::{
+    AT, AxisLimits, FeedOverride, FeedrateError, MAX_OVERRIDE_STEPS, Motion, OF_EACH_AXIS, OverrideStep, TRANSITION,
+};
 use crate::path::Path;
 
 /// The motion under axis limits, and none while the path is not known or the feed is wrong.
@@ -16,13 +18,9 @@ pub(super) fn axis_limited(
     problems: &mut Problems,
 ) -> Option<Planned> {
     let before = problems.len();
-    for (name, point) in [
-        ("velocity_mm_s", &raw.velocity_mm_s),
-        ("acceleration_mm_s2", &raw.acceleration_mm_s2),
-        ("jerk_mm_s3", &raw.jerk_mm_s3),
-    ] {
-        if let Some(error) = point.get_ref().0.iter().find_map(|&value| positive(name, value).err()) {
-            problems.push(of_feedrate(&error, point.span()));
+    for (parameter, point) in OF_EACH_AXIS.iter().zip([&raw.velocity_mm_s, &raw.acceleration_mm_s2, &raw.jerk_mm_s3]) {
+        if let Some(error) = point.get_ref().0.iter().find_map(|&value| parameter.check(value).err()) {
+            problems.push(out_of_range("", &error, point.span(), ""));
         }
     }
     if problems.len() > before {
@@ -60,9 +58,8 @@ pub(super) fn overridden(
     let mut steps = Vec::with_capacity(all.len());
     for raw in all {
         let (at_s, percent) = (*raw.at_s.get_ref(), *raw.percent.get_ref());
-        if !(0.0..=1e9).contains(&at_s) {
-            let error = FeedrateError::OutOfRange(OutOfRange::new("at_s", at_s, "a time from 0 to 1e9 s"));
-            problems.push(of_feedrate(&error, raw.at_s.span()));
+        if let Err(error) = AT.check(at_s) {
+            problems.push(out_of_range("", &error, raw.at_s.span(), ""));
         }
         if !(0.0..=most).contains(&percent) {
             let problem = Diagnostic::new(format!("percent = {percent} is out of range: it must be from 0 to {most}"));
@@ -74,9 +71,9 @@ pub(super) fn overridden(
             problems.push(problem.at(raw.percent.span()).help(help));
         }
         if let Some(given) = &raw.transition_s
-            && let Err(error) = positive("transition_s", *given.get_ref())
+            && let Err(error) = TRANSITION.check(*given.get_ref())
         {
-            problems.push(of_feedrate(&error, given.span()));
+            problems.push(out_of_range("", &error, given.span(), ""));
         }
         let transition_s = raw.transition_s.as_ref().map_or(0.0, |given| *given.get_ref());
         steps.push(OverrideStep { at_s, ratio: percent / 100.0, transition_s });

@@ -118,17 +118,18 @@ impl DocumentKind {
 
 /// Visits every key of a schema with its path.
 fn walk<'a>(node: &'a Value, path: &mut Vec<String>, visit: &mut dyn FnMut(&[String], &'a Value)) {
-    let tables = std::iter::once(node).chain(choices(node)).filter_map(|node| node.get("properties")?.as_object());
-    for (key, inner) in tables.flatten() {
+    for (key, inner) in node.get("properties").and_then(Value::as_object).into_iter().flatten() {
         path.push(key.clone());
         visit(path, inner);
         walk(inner, path, visit);
         path.pop();
     }
+    // (A choice that may be left out is a choice within a choice.)
+    choices(node).for_each(|choice| walk(choice, path, visit));
 }
 
 fn has_keys(node: &Value) -> bool {
-    std::iter::once(node).chain(choices(node)).any(|node| node.get("properties").is_some())
+    node.get("properties").is_some() || choices(node).any(has_keys)
 }
 
 fn leaves(schema: &Value) -> Vec<Vec<String>> {

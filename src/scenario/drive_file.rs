@@ -1,6 +1,7 @@
 //! The detailed drive model of an axis, as written: controller, effects, compensation.
 //!
-//! The doc comments here are the descriptions in the JSON schema (`servosim schema`), which editors show.
+//! The doc comments here are the descriptions in the JSON schema (`servosim schema`), which editors show; numbers without one are
+//! described by their [`Parameter`](crate::parameters::Parameter).
 
 use schemars::JsonSchema;
 use serde::Deserialize;
@@ -75,17 +76,13 @@ pub(super) struct RawEffects {
 pub(super) struct RawEncoder {
     /// Where it is. Default: "motor".
     pub(super) place: Option<RawPlace>,
-    /// Resolution, in µm at the table. Default: 0, no quantisation.
-    #[schemars(with = "Option<f64>", range(min = 0))]
+    #[schemars(with = "Option<f64>")]
     pub(super) resolution_um: Option<Spanned<f64>>,
     /// Velocity estimate. Default: "tachometer".
     pub(super) velocity: Option<RawVelocity>,
-    /// Corner of the low pass (at most the Nyquist frequency), or bandwidth of the observer, in Hz. Default: 200, but at most a fifth of the
-    /// sampling rate, and half the bandwidth below which an observer is stable.
-    #[schemars(with = "Option<f64>", extend("exclusiveMinimum" = 0))]
+    #[schemars(with = "Option<f64>")]
     pub(super) velocity_hz: Option<Spanned<f64>>,
-    /// Damping of the observer. Default: 1.
-    #[schemars(with = "Option<f64>", extend("exclusiveMinimum" = 0))]
+    #[schemars(with = "Option<f64>")]
     pub(super) velocity_damping: Option<Spanned<f64>>,
 }
 
@@ -117,8 +114,7 @@ pub(super) enum RawVelocity {
 #[derive(Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub(super) struct RawNoise {
-    /// Standard deviation, in µm.
-    #[schemars(with = "f64", range(min = 0))]
+    #[schemars(with = "f64")]
     pub(super) rms_um: Spanned<f64>,
     /// Seed of the random numbers; every axis has its own sequence. Default: 1.
     pub(super) seed: Option<u32>,

@@ -1,6 +1,7 @@
 //! The scenario file as written: one type a table, a span on every value that is checked later.
 //!
-//! The doc comments here are the descriptions in the JSON schema (`servosim schema`), which editors show.
+//! The doc comments here are the descriptions in the JSON schema (`servosim schema`), which editors show; numbers without one are
+//! described by their [`Parameter`](crate::parameters::Parameter).
 
 use schemars::JsonSchema;
 use serde::Deserialize;
@@ -11,6 +12,7 @@ use toml::Spanned;
 use super::drive_file::{RawCompensation, RawController, RawEffects};
 use super::number_table::NumberTable;
 use super::numbers::RawPoint;
+use super::registry::describe_all;
 use crate::limits::Limits;
 use crate::servo::compensation::CrossCouplingGains;
 use crate::servo::{Drive, Mechanics, Pdff, Plant};
@@ -115,8 +117,7 @@ pub(super) struct RawCircle {
 #[derive(Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub(super) struct RawFeedrate {
-    /// Commanded feed along the path, in mm/s. On a path too short for it the peak feed falls.
-    #[schemars(with = "f64", extend("exclusiveMinimum" = 0))]
+    #[schemars(with = "f64")]
     pub(super) feed_mm_s: Spanned<f64>,
     /// How the feed is reached: exactly one of `linear`, `cubic`, `quintic`, `exponential`, `jerk_limited` and
     /// `axis_limited`.
@@ -166,8 +167,7 @@ pub(super) enum RawProfile {
 #[derive(Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub(super) struct RawPhase {
-    /// Length of the acceleration phase, in s.
-    #[schemars(with = "f64", extend("exclusiveMinimum" = 0))]
+    #[schemars(with = "f64")]
     pub(super) phase_s: Spanned<f64>,
 }
 
@@ -175,10 +175,8 @@ pub(super) struct RawPhase {
 #[derive(Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub(super) struct RawExponential {
-    /// Length of the acceleration phase, in s.
-    #[schemars(with = "f64", extend("exclusiveMinimum" = 0))]
+    #[schemars(with = "f64")]
     pub(super) phase_s: Spanned<f64>,
-    /// Strength of the modification, 1 to 20, or "optimize" to search for the lowest peak jerk.
     #[schemars(with = "RawExponentSchema")]
     pub(super) n_c: Spanned<RawExponent>,
 }
@@ -245,11 +243,9 @@ impl<'de> Deserialize<'de> for RawExponent {
 #[derive(Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub(super) struct RawJerkLimited {
-    /// Largest acceleration, in mm/s².
-    #[schemars(with = "f64", extend("exclusiveMinimum" = 0))]
+    #[schemars(with = "f64")]
     pub(super) accel_mm_s2: Spanned<f64>,
-    /// Largest jerk, in mm/s³.
-    #[schemars(with = "f64", extend("exclusiveMinimum" = 0))]
+    #[schemars(with = "f64")]
     pub(super) jerk_mm_s3: Spanned<f64>,
 }
 
@@ -272,16 +268,13 @@ pub(super) struct RawAxisLimited {
 #[derive(Debug, Default, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub(super) struct RawControl {
-    /// Control period, in s. Default: 0.001.
-    #[schemars(with = "Option<f64>", extend("exclusiveMinimum" = 0))]
+    #[schemars(with = "Option<f64>")]
     pub(super) period_s: Option<Spanned<f64>>,
-    /// How long the run continues after the last setpoint, in s. Default: 0.1.
-    #[schemars(with = "Option<f64>", range(min = 0))]
+    #[schemars(with = "Option<f64>")]
     pub(super) settling_s: Option<Spanned<f64>>,
     /// Source of the commanded velocity for the feedforward. Default: "backward".
     pub(super) derivative: Option<RawDerivative>,
-    /// How many samples later the voltage reaches the plant: 0 (default) or 1.
-    #[schemars(with = "Option<u8>", range(min = 0, max = 1))]
+    #[schemars(with = "Option<u8>")]
     pub(super) delay_samples: Option<Spanned<i64>>,
     /// Cross-coupled contour control beside the controllers of the axes.
     #[schemars(with = "Option<NumberTable<CrossCouplingGains>>")]
@@ -344,7 +337,9 @@ pub(super) enum RawPlant {
 
 /// The JSON schema of the file.
 pub(super) fn make_schema() -> Value {
-    schema_of::<RawScenario>()
+    let mut schema = schema_of::<RawScenario>();
+    describe_all(&mut schema, &["x", "y"]);
+    schema
 }
 
 /// The JSON schema of a type, with nothing to look up elsewhere.

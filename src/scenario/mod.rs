@@ -59,6 +59,7 @@ mod overrides;
 mod part;
 mod part_file;
 mod part_program;
+mod registry;
 mod size_limits;
 mod toml_errors;
 
@@ -73,6 +74,7 @@ pub use document::{Document, builtin_names, builtin_part_names};
 pub use feed_profile::FeedProfile;
 pub use part::{Part, PartLimits};
 pub use part_program::{PlannedProgram, ToolPathSummary};
+pub use registry::{ScenarioParameter, scenario_parameters};
 pub use size_limits::{MAX_ARRAY_ITEMS, MAX_TEXT_BYTES};
 
 use crate::feedrate::{Motion, Profile};

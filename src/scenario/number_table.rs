@@ -90,6 +90,8 @@ impl<'de, T: Parameters> Visitor<'de> for TableVisitor<T> {
             };
             given.push((entry, value));
         }
+        // (The table comes in the order of the alphabet.)
+        given.sort_by_key(|(_, raw)| raw.span().start);
         let is_given = |parameter: &Parameter| given.iter().any(|(entry, _)| entry.parameter.key == parameter.key);
         let mut parameters = T::ENTRIES.iter().map(|entry| &entry.parameter);
         match parameters.find(|parameter| parameter.is_required() && !is_given(parameter)) {

@@ -7,6 +7,8 @@ use toml::Spanned;
 
 use super::file::{RawAxis, RawControl, schema_of};
 use super::numbers::{RawPoint, RawPoint3};
+use super::registry::describe_all;
+use crate::parameters::AXIS_NAMES;
 
 /// A part to be machined on three axes: a surface, a cutter, how the tool path is made, and the machine that cuts it.
 #[derive(Debug, Deserialize, JsonSchema)]
@@ -433,5 +435,7 @@ pub(super) struct RawPartLimits {
 
 /// The JSON schema of the file.
 pub(super) fn make_schema() -> Value {
-    schema_of::<RawPart>()
+    let mut schema = schema_of::<RawPart>();
+    describe_all(&mut schema, &AXIS_NAMES);
+    schema
 }

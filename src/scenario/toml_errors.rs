@@ -406,3 +406,61 @@ fn homes_of(form: &DocumentKind, name: &str) -> Vec<String> {
     found.truncate(4);
     found
 }
+
+#[cfg(test)]
+mod tests {
+    use super::super::file::RawScenario;
+    use super::*;
+    use serde::Deserialize;
+
+    /// What the libraries say of a text.
+    fn said(text: &str) -> String {
+        let told = |error: toml::de::Error| error.message().to_owned();
+        let read = |table| RawScenario::deserialize(toml::Deserializer::from(table)).map_err(told);
+        DeTable::parse(text).map_err(told).and_then(read).expect_err(text)
+    }
+
+    /// What they say of alpha with a part of it replaced.
+    fn said_of(from: &str, to: &str) -> String {
+        let alpha = include_str!("../../scenarios/alpha.toml");
+        assert!(alpha.contains(from), "{from}");
+        said(&alpha.replacen(from, to, 1))
+    }
+
+    /// The sentences of `toml` and `serde` that are put in other words here: another version of them is noticed.
+    #[test]
+    fn the_sentences_of_the_libraries_are_those_that_are_known() {
+        let whole = "99999999999999999999999999999999999999999999";
+        for (said, known) in [
+            (said("a ="), "string values must be quoted"),
+            (said("a = b"), "string values must be quoted"),
+            (said("a = 1\na = 2"), "duplicate key"),
+            (said("a"), "key with no value"),
+            (said("a = \"b"), "invalid basic string"),
+            (said("a = 'b"), "invalid literal string"),
+            (said_of("\nkpp = ", "\nkp = "), "unknown field `kp`, expected one of `kpp`, `kpv`, `kiv`, `kpf`, `kvf`"),
+            (
+                said_of("\nperiod_s = ", "\nperiod = "),
+                "unknown field `period`, expected one of `period_s`, `settling_s`",
+            ),
+            (said_of("path.ph_spline", "path.spline"), "unknown variant `spline`, expected one of `ph_spline`, `line`"),
+            (said_of("\nphase_s = ", "\n# "), "missing field `phase_s`"),
+            (said_of("\nkpp = ", "\n# "), "missing field `kpp`"),
+            (
+                said_of("[path.ph_spline]", "[path.line]\n[path.ph_spline]"),
+                "wanted exactly 1 element, more than 1 element",
+            ),
+            (said_of("[path.ph_spline]", "[path]\n[unused]"), "wanted exactly 1 element"),
+            (said_of("derivative = \"backward\"", "derivative = 3"), "wanted string or table"),
+            (said("path = 'line'"), "invalid type: unit variant"),
+            (said_of("\nkpp = ", "\nkpp = \"x\" #"), "invalid type: string \"x\", expected f64"),
+            (said_of("\nkpp = ", "\nkpp = 99999999999999999999 #"), "` as i128, expected f64"),
+            (said_of("\nkpp = ", &format!("\nkpp = {whole} #")), "number overflowed"),
+            (said_of("delay_samples = 0", "delay_samples = 0.5"), "invalid type: floating point `0.5`, expected i64"),
+            (said_of("[limits]", "[[limits]]"), "invalid type: sequence, expected struct "),
+            (said_of("[12, 18]", "[12]"), "invalid length 1, expected a point [x, y]"),
+        ] {
+            assert!(said.contains(known), "expected: {known}\nfound: {said}");
+        }
+    }
+}

@@ -21,6 +21,7 @@
 //! [`controller`]s and [`compensation`]. Both are an [`Axis`].
 
 mod axis;
+mod axis_registry;
 mod block;
 pub mod compensation;
 pub mod controller;
@@ -34,6 +35,7 @@ mod reference;
 
 pub(crate) use axis::coasting_s;
 pub use axis::{AxisLoop, AxisSignals};
+pub use axis_registry::{AxisParameter, axis_parameters};
 pub(crate) use block::step_alone;
 pub use block::step_side_by_side;
 pub use detailed_axis::{DetailedAxis, DriveSignals};

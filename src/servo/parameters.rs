@@ -1,6 +1,6 @@
 //! What an axis is made of: plant, drive, controller gains, and how the loop samples them.
 
-use crate::parameters::{OutOfRange, Parameter, Parameters, Range, parameters};
+use crate::parameters::{Entry, OutOfRange, Parameter, Parameters, Range, parameters};
 
 /// First-order velocity plant `ω(s)/u(s) = K/(1 + τ s)` of a motor with its ballscrew axis.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -232,24 +232,54 @@ pub struct LoopSettings {
     pub one_sample_delay: bool,
 }
 
-parameters!(
-    "How the servo loop is sampled",
-    LoopSettings {
-        period_s: Parameter::new("control.period_s", "s", Range::POSITIVE, "Control period")
-            .or(0.001)
-            .logarithmic(5e-5, 0.01)
-            .hint("give the control period in seconds, such as 0.001"),
-        settling_s: Parameter::new(
-            "control.settling_s",
-            "s",
-            Range::NOT_NEGATIVE,
-            "How long the run continues after the last setpoint",
-        )
-        .or(0.1)
-        .linear(0.0, 1.0)
-        .hint("give the time to go on after the last setpoint in seconds, such as 0.1"),
-    }
-);
+impl Parameters for LoopSettings {
+    const ABOUT: &'static str = "How the servo loop is sampled";
+    const ENTRIES: &'static [Entry<Self>] = &[
+        Entry {
+            parameter: Parameter::new("control.period_s", "s", Range::POSITIVE, "Control period")
+                .or(0.001)
+                .logarithmic(5e-5, 0.01)
+                .hint("give the control period in seconds, such as 0.001"),
+            get: |settings| Some(settings.period_s),
+            set: |settings, value| {
+                settings.period_s = value;
+                true
+            },
+        },
+        Entry {
+            parameter: Parameter::new(
+                "control.settling_s",
+                "s",
+                Range::NOT_NEGATIVE,
+                "How long the run continues after the last setpoint",
+            )
+            .or(0.1)
+            .linear(0.0, 1.0)
+            .hint("give the time to go on after the last setpoint in seconds, such as 0.1"),
+            get: |settings| Some(settings.settling_s),
+            set: |settings, value| {
+                settings.settling_s = value;
+                true
+            },
+        },
+        Entry {
+            parameter: Parameter::new(
+                "control.delay_samples",
+                "control periods",
+                Range::whole(0, 1),
+                "How much later the voltage reaches the plant",
+            )
+            .or(0.0)
+            .linear(0.0, 1.0)
+            .hint("0: the voltage acts at once, as in the paper; 1: one control period later, as in most drives"),
+            get: |settings| Some(f64::from(u8::from(settings.one_sample_delay))),
+            set: |settings, value| {
+                settings.one_sample_delay = value > 0.5;
+                true
+            },
+        },
+    ];
+}
 
 impl Default for LoopSettings {
     /// 1 ms, 0.1 s of settling, backward difference, no delay.

@@ -234,10 +234,7 @@ impl Sweep {
 
     fn assemble(definition: Definition, document: Document, scenario: Scenario) -> Self {
         let Definition { method, seed, count, ref variables, .. } = definition;
-        let axis_values = variables.iter().map(|variable| {
-            // What is no number is told of when the scenario is read.
-            axis_value(&variable.key, &document).filter(|_| variable.values.is_numeric())
-        });
+        let axis_values = variables.iter().map(|variable| axis_value(variable, variables, &document, &scenario));
         Self {
             axis_values: axis_values.collect(),
             sampling: (method != Method::Grid).then(|| Sampling::new(method, seed, count, variables.len())),

@@ -291,7 +291,7 @@ impl Sweep {
             if let (Some(target), Some(number)) = (target, value.number())
                 && let Some(axis) = axes.get_mut(target.axis)
             {
-                *(target.pick)(axis) = number;
+                target.parameter.set_in_model(axis, number);
             }
         }
         axes

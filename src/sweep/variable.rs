@@ -6,8 +6,9 @@ use serde::{Deserialize, Serialize};
 
 use super::error::SweepError;
 use super::sampling::normal_quantile;
-use crate::scenario::{Document, Scenario};
-use crate::servo::AxisParameters;
+use crate::parameters::axis_name;
+use crate::scenario::{Document, Scenario, ScenarioParameter};
+use crate::servo::{AxisParameter, ControllerGains};
 
 /// One value of a variable.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -170,7 +171,7 @@ impl Variable {
         };
         let key = document.full_key(key)?;
         let own = || {
-            document.number(&key).or_else(|| own_value(&key, scenario)).ok_or_else(|| {
+            document.number(&key).or_else(|| ScenarioParameter::find(&key)?.get(scenario)).ok_or_else(|| {
                 wrong(
                     &format!("the scenario gives no number for {key} that this could be relative to"),
                     "write FROM:TO",
@@ -363,60 +364,35 @@ fn items(spec: &str) -> Vec<&str> {
     parts
 }
 
-/// A parameter of one axis.
+/// A parameter of one axis that is written straight into the loop.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct AxisValue {
     pub(super) axis: usize,
-    pub(super) pick: fn(&mut AxisParameters) -> &mut f64,
+    pub(super) parameter: &'static AxisParameter,
 }
 
-/// The parameter that a key stands for, where it is one that can be written without reading the scenario anew. With a
-/// plant from its mechanics the drive is a part of the plant.
-pub(super) fn axis_value(key: &str, document: &Document) -> Option<AxisValue> {
-    let rest = key.strip_prefix("axes.")?;
-    let (axis, name) = rest.split_once('.')?;
-    let axis = crate::parameters::AXIS_NAMES.iter().position(|known| *known == axis)?;
-    let is_first_order =
-        || document.number(&format!("axes.{}.plant.first_order.gain_rad_s_v", rest.get(..1)?)).map(|_| ());
-    let pick: fn(&mut AxisParameters) -> &mut f64 = match name {
-        "pdff.kpp" => |a| &mut a.pdff.kpp_rad_s_mm,
-        "pdff.kpv" => |a| &mut a.pdff.kpv_nm_s_rad,
-        "pdff.kiv" => |a| &mut a.pdff.kiv_1_s,
-        "pdff.kpf" => |a| &mut a.pdff.kpf_rad_mm,
-        "pdff.kvf" => |a| &mut a.pdff.kvf,
-        "drive.voltage_limit_v" => |a| &mut a.drive.voltage_limit_v,
-        _ => {
-            is_first_order()?;
-            match name {
-                "plant.first_order.gain_rad_s_v" => |a| &mut a.plant.gain_rad_s_v,
-                "plant.first_order.time_constant_s" => |a| &mut a.plant.time_constant_s,
-                "drive.transmission_mm_rad" => |a| &mut a.drive.transmission_mm_rad,
-                "drive.torque_to_voltage_v_nm" => |a| &mut a.drive.torque_to_voltage_v_nm,
-                _ => return None,
-            }
-        }
-    };
-    Some(AxisValue { axis, pick })
-}
-
-/// The scenario's value of a key that its text leaves to the default.
-fn own_value(key: &str, scenario: &Scenario) -> Option<f64> {
-    match key {
-        "control.period_s" => Some(scenario.settings.period_s),
-        "control.settling_s" => Some(scenario.settings.settling_s),
-        _ => {
-            let (axis, name) = key.strip_prefix("axes.")?.split_once(".drive.")?;
-            let axis = crate::parameters::AXIS_NAMES.iter().position(|known| *known == axis)?;
-            let drive = scenario.axes.get(axis)?.drive;
-            match name {
-                "transmission_mm_rad" => Some(drive.transmission_mm_rad),
-                "torque_to_voltage_v_nm" => Some(drive.torque_to_voltage_v_nm),
-                "voltage_limit_v" => Some(drive.voltage_limit_v),
-                _ => None,
-            }
-        }
+/// The parameter that a key stands for, where it is one that can be written without reading the scenario anew: a value of the axis' model
+/// that nothing else was made of. With a plant from its mechanics the drive is a part of the plant; the gains of a controller that is not
+/// given in full follow from plant, drive and PDFF gains.
+pub(super) fn axis_value(
+    variable: &Variable,
+    all: &[Variable],
+    document: &Document,
+    scenario: &Scenario,
+) -> Option<AxisValue> {
+    // What is no number is told of when the scenario is read.
+    let known = ScenarioParameter::find(&variable.key).filter(|_| variable.values.is_numeric())?;
+    let (axis, parameter) = (known.axis()?, known.of_axis().filter(|parameter| parameter.is_of_model())?);
+    let controller = format!("axes.{}.controller.", axis_name(axis));
+    let chosen = all.iter().any(|other| other.key.starts_with(&controller));
+    if chosen || scenario.drives.get(axis)?.controller != ControllerGains::Pdff {
+        return None;
     }
+    let gain = format!("axes.{}.plant.first_order.gain_rad_s_v", axis_name(axis));
+    let alone = known.parameter.table() == "pdff" || known.parameter.key == "drive.voltage_limit_v";
+    (alone || document.number(&gain).is_some()).then_some(AxisValue { axis, parameter })
 }
+
 /// A TOML string without its quotes: `"exact"` is exact.
 pub(super) fn plain(text: &str) -> String {
     let inner = ['"', '\''].iter().find_map(|&quote| text.strip_prefix(quote)?.strip_suffix(quote));

@@ -1,6 +1,6 @@
 //! What a tuning may change: controller gains, each within bounds.
 
-use crate::parameters::AXIS_NAMES;
+use crate::parameters::{AXIS_NAMES, Entry, Parameter, Parameters};
 use crate::scenario::Scenario;
 use crate::servo::{AxisParameters, Drive, LoopSettings, Pdff};
 
@@ -25,48 +25,35 @@ impl Gain {
     /// All of them, in the order in which they are written.
     pub const ALL: [Self; 5] = [Self::Kpp, Self::Kpv, Self::Kiv, Self::Kpf, Self::Kvf];
 
-    /// Its key in a scenario.
+    /// Its entry among the parameters of [`Pdff`].
+    fn entry(self) -> &'static Entry<Pdff> {
+        // In the same order: a test holds them together.
+        &Pdff::ENTRIES[(self as usize).min(Pdff::ENTRIES.len() - 1)]
+    }
+
+    /// What it is: unit, range, help.
+    pub fn parameter(self) -> &'static Parameter {
+        &self.entry().parameter
+    }
+
+    /// Its key in a scenario, below `pdff`.
     pub fn name(self) -> &'static str {
-        match self {
-            Self::Kpp => "kpp",
-            Self::Kpv => "kpv",
-            Self::Kiv => "kiv",
-            Self::Kpf => "kpf",
-            Self::Kvf => "kvf",
-        }
+        self.parameter().name()
     }
 
     /// Its unit; empty for none.
     pub fn unit(self) -> &'static str {
-        match self {
-            Self::Kpp => "rad/s/mm",
-            Self::Kpv => "N m s/rad",
-            Self::Kiv => "1/s",
-            Self::Kpf => "rad/mm",
-            Self::Kvf => "",
-        }
+        self.parameter().unit
     }
 
     /// Its value.
     pub fn of(self, pdff: &Pdff) -> f64 {
-        match self {
-            Self::Kpp => pdff.kpp_rad_s_mm,
-            Self::Kpv => pdff.kpv_nm_s_rad,
-            Self::Kiv => pdff.kiv_1_s,
-            Self::Kpf => pdff.kpf_rad_mm,
-            Self::Kvf => pdff.kvf,
-        }
+        (self.entry().get)(pdff).unwrap_or(f64::NAN)
     }
 
     /// Changes it.
     pub fn set(self, pdff: &mut Pdff, value: f64) {
-        match self {
-            Self::Kpp => pdff.kpp_rad_s_mm = value,
-            Self::Kpv => pdff.kpv_nm_s_rad = value,
-            Self::Kiv => pdff.kiv_1_s = value,
-            Self::Kpf => pdff.kpf_rad_mm = value,
-            Self::Kvf => pdff.kvf = value,
-        }
+        (self.entry().set)(pdff, value);
     }
 
     /// The gain of this name.
@@ -143,11 +130,12 @@ impl Variable {
         let Some((low, high)) = bounds.split_once(':') else {
             return Err(wrong("there is no `:` between two numbers"));
         };
+        let range = gain.parameter().range;
         let number = |text: &str| {
             let value: f64 = text.trim().parse().map_err(|_| wrong("a bound is not a number"))?;
             match value {
                 v if !v.is_finite() => Err(wrong("a bound is not finite")),
-                v if v < 0.0 => Err(wrong("a gain is not negative")),
+                v if v < range.low.value() => Err(wrong("a gain is not negative")),
                 v => Ok(v),
             }
         };
@@ -155,7 +143,7 @@ impl Variable {
         match () {
             () if lower > upper => Err(wrong("the lower bound comes first, the upper one behind the `:`")),
             () if lower == upper => Err(wrong("the two bounds are the same: nothing is left to choose")),
-            () if upper > 1e9 => Err(wrong("a gain is at most 1e9")),
+            () if !range.contains(upper) => Err(wrong("a gain is at most 1e9")),
             () => Ok(Self { lower, upper, ..variable }),
         }
     }
@@ -207,4 +195,20 @@ fn unknown(key: &str, known: impl Iterator<Item = String>) -> TuningError {
     let nearest = known.iter().rev().max_by(|a, b| similarity(a).total_cmp(&similarity(b)));
     let suggestion = nearest.filter(|name| similarity(name) > 0.6).cloned();
     TuningError::UnknownVariable { key: key.to_owned(), suggestion }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn gains_are_the_parameters_of_the_pdff_controller() {
+        let mut pdff = Pdff { kpp_rad_s_mm: 1.0, kpv_nm_s_rad: 2.0, kiv_1_s: 3.0, kpf_rad_mm: 4.0, kvf: 5.0 };
+        assert_eq!(Gain::ALL.map(Gain::name), ["kpp", "kpv", "kiv", "kpf", "kvf"]);
+        assert_eq!(Gain::ALL.map(Gain::unit), ["rad/s/mm", "N m s/rad", "1/s", "rad/mm", ""]);
+        assert_eq!(Gain::ALL.map(|gain| gain.of(&pdff)), [1.0, 2.0, 3.0, 4.0, 5.0]);
+        Gain::Kpf.set(&mut pdff, 6.0);
+        assert_eq!(pdff.kpf_rad_mm, 6.0);
+        assert_eq!(Gain::ALL.len(), Pdff::ENTRIES.len());
+    }
 }

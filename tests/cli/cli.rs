@@ -379,7 +379,7 @@ fn schema_is_json_that_names_the_keys() {
         schema["properties"]["axes"]["properties"]["x"]["properties"]["pdff"]["properties"]["kpp"]["minimum"],
         0
     );
-    assert_eq!(schema["properties"]["control"]["properties"]["period_s"]["exclusiveMinimum"], 0);
+    assert_eq!(schema["properties"]["control"]["properties"]["period_s"]["minimum"], 1e-9);
 }
 
 #[test]

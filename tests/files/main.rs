@@ -3,6 +3,8 @@
 #[path = "../common/mod.rs"]
 mod common;
 
+mod optional_pdff;
+mod parameters;
 mod pictures;
 mod recording;
 mod report;

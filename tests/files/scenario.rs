@@ -273,7 +273,7 @@ fn values_out_of_range_are_told_with_the_range() {
         ("kpp = 97.38", ["-97.38", "-1"], "zero or a positive"),
         ("phase_s = 0.1", ["0", "-0.1"], "positive"),
         ("feed_mm_s = 100", ["0", "-100"], "positive"),
-        ("n_c = 8.12", ["0.5", "21"], "between 1 and 20"),
+        ("n_c = 8.12", ["0.5", "21"], "from 1 to 20"),
         ("delay_samples = 0", ["2", "-1"], "0 or 1"),
         ("jerk_mm_s3 = 50000", ["0", "-1"], "positive"),
     ] {

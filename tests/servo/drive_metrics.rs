@@ -389,7 +389,7 @@ fn refuses_what_no_drive_has() {
         (|e| e.friction = Some(Friction::Coulomb(Coulomb { static_nm: 0.05, ..curve() })), "never sticks"),
         (|e| e.friction = Some(Friction::Coulomb(Coulomb { static_nm: 5.0, ..curve() })), "never slip"),
         (|e| e.friction = Some(Friction::Coulomb(Coulomb { coulomb_nm: f64::NAN, ..curve() })), "coulomb_nm"),
-        (|e| e.delay = Some(Delay { samples: 17.0 }), "16 samples"),
+        (|e| e.delay = Some(Delay { samples: 17.0 }), "16 control periods"),
         (|e| e.dac = Some(Dac { bits: 1 }), "bits"),
         (|e| e.noise = Some(Noise { rms_um: -1.0, seed: 0 }), "noise"),
         (|e| e.backlash = Some(Backlash { gap_um: 0.0 }), "gap_um"),

@@ -16,6 +16,9 @@ const TURN: f64 = 0.1;
 /// Most joints that are looked for beyond one an interval.
 const MAX_JOINTS: usize = 100_000;
 
+/// What to do about too many points.
+const TOO_LONG: &str = "the path is too long for the way on which these limits are reached: raise velocity_mm_s or jerk_mm_s3, or lower acceleration_mm_s2";
+
 /// The points from 0 to `length`.
 pub(super) fn grid<const D: usize>(
     planner: &AxisLimited<D>,
@@ -28,7 +31,7 @@ pub(super) fn grid<const D: usize>(
     let step = planner.step_mm.unwrap_or(natural).min(0.0025 * length);
     if !(length / step < 0.5 * MAX_GRID_POINTS as f64) {
         let value = length / step;
-        return Err(FeedrateError::OutOfRange(OutOfRange::new("grid points", value, "at most 2 million")));
+        return Err(OutOfRange::new("grid points", value, "at most 2 million").with_help(TOO_LONG).into());
     }
     // The jerk is constant from rest until the acceleration or the speed is reached: the first interval lies well within that.
     let jerk_mm = (scale.accel.powi(3) / (6.0 * scale.jerk * scale.jerk))
@@ -107,7 +110,7 @@ fn refine<const D: usize>(
                     if fine.len() > MAX_GRID_POINTS {
                         let value = fine.len() as f64;
                         let needed = "at most 4 million: is the path as smooth as its curvature says?";
-                        return Err(FeedrateError::OutOfRange(OutOfRange::new("grid points", value, needed)));
+                        return Err(OutOfRange::new("grid points", value, needed).with_help(TOO_LONG).into());
                     }
                 }
                 Bend::Sharp { turn_rad, curvature_1_mm } if h <= shortest => {

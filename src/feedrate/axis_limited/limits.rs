@@ -1,5 +1,6 @@
 //! Limits of axes, how a path runs, and what a plan is asked to keep.
 
+use crate::feedrate::parameters::{FEED, OF_EACH_AXIS, within};
 use crate::feedrate::{FeedrateError, positive};
 use crate::parameters::OutOfRange;
 
@@ -62,16 +63,15 @@ impl<const D: usize> AxisLimited<D> {
     }
 
     pub(super) fn check(&self) -> Result<(), FeedrateError> {
-        let all =
-            |name: &'static str, values: &[f64; D]| values.iter().try_for_each(|&v| positive(name, v).map(|_| ()));
-        all("velocity_mm_s", &self.limits.velocity_mm_s)?;
-        all("acceleration_mm_s2", &self.limits.acceleration_mm_s2)?;
-        all("jerk_mm_s3", &self.limits.jerk_mm_s3)?;
+        let AxisLimits { velocity_mm_s, acceleration_mm_s2, jerk_mm_s3 } = &self.limits;
+        for (parameter, values) in OF_EACH_AXIS.iter().zip([velocity_mm_s, acceleration_mm_s2, jerk_mm_s3]) {
+            values.iter().try_for_each(|&value| within(parameter, value).map(|_| ()))?;
+        }
         if D == 0 {
             return Err(FeedrateError::OutOfRange(OutOfRange::new("axes", 0.0, "at least one")));
         }
         if let Some(feed) = self.feed_mm_s {
-            positive("feed_mm_s", feed)?;
+            within(&FEED, feed)?;
         }
         if let Some(step) = self.step_mm {
             positive("step_mm", step)?;

@@ -113,7 +113,8 @@ impl<const D: usize> AxisLimited<D> {
         let time = planned.total_s();
         if !(time > 0.0 && time.is_finite()) {
             let needed = "finite: are the limits far apart from each other, or from the path's length?";
-            return Err(FeedrateError::OutOfRange(OutOfRange::new("motion time", time, needed)));
+            let help = "limits that a machine has: some 100 mm/s, some 1000 mm/s² and some 10000 mm/s³";
+            return Err(OutOfRange::new("motion time", time, needed).with_help(help).into());
         }
         Ok(AxisLimitedPlan {
             motion: Motion::of_planned(planned),

@@ -3,9 +3,10 @@
 use super::feed_scale::{Piece, State};
 use super::planned_motion::{AxisDerivatives, Bounds};
 use super::planner::OverridePlanner;
-use super::steps::{FeedOverride, MAX_OVERRIDE, MAX_OVERRIDE_STEPS, OverrideChange, OverrideStep};
+use super::steps::{FeedOverride, MAX_OVERRIDE_STEPS, OverrideChange, OverrideStep};
+use crate::feedrate::parameters::{AT, RATIO, TRANSITION, within};
 use crate::feedrate::time_law::TimeLaw;
-use crate::feedrate::{FeedrateError, MotionPeaks, MotionSample, positive};
+use crate::feedrate::{FeedrateError, MotionPeaks, MotionSample};
 use crate::parameters::OutOfRange;
 
 /// A motion at a changing feed scale; `M` is that of the plan.
@@ -27,20 +28,16 @@ impl<M: TimeLaw + Clone> Overridden<M> {
         bounds: Bounds<D>,
         row: &mut dyn FnMut(&MotionSample) -> AxisDerivatives<D>,
     ) -> Result<Option<Self>, FeedrateError> {
-        let out = |name, value, needed| Err(FeedrateError::OutOfRange(OutOfRange::new(name, value, needed)));
         if how.steps.len() > MAX_OVERRIDE_STEPS {
-            return out("override steps", how.steps.len() as f64, "at most 1000");
+            let count = how.steps.len() as f64;
+            return Err(OutOfRange::new("override steps", count, "at most 1000").into());
         }
         let mut before_s = 0.0;
         for (step, &OverrideStep { at_s, ratio, transition_s }) in how.steps.iter().enumerate() {
-            if !(0.0..=1e9).contains(&at_s) {
-                return out("at_s", at_s, "a time of the run, from 0 to 1e9 s");
-            }
-            if !(0.0..=MAX_OVERRIDE).contains(&ratio) {
-                return out("override", ratio, "from 0 (hold) to 2 (200 %)");
-            }
+            within(&AT, at_s)?;
+            within(&RATIO, ratio)?;
             if transition_s != 0.0 {
-                positive("transition_s", transition_s)?;
+                within(&TRANSITION, transition_s)?;
             }
             if at_s < before_s {
                 return Err(FeedrateError::OverrideOrder { step, at_s, before_s });
