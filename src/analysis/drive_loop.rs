@@ -8,11 +8,11 @@ use super::linear_drive::LinearDrive;
 use super::linearized::Linearized;
 use super::margins::{Margins, margins, stable_between, stable_gain_factors};
 use super::response::{
-    ErrorConstants, Feedforward, StepResponse, UNSTABLE_SAMPLES, bandwidth, error_constants, metrics,
+    Bandwidth, ErrorConstants, Feedforward, StepResponse, UNSTABLE_SAMPLES, bandwidth, error_constants, metrics,
     samples_to_settle, step_response,
 };
 use super::sampled_loop::SampledLoop;
-use crate::servo::{AxisParameters, DriveModel, LoopSettings};
+use crate::servo::{AxisParameters, DriveModel, LoopSettings, Pdff};
 
 /// The linear loop of one axis: that of its model in closed form ([`SampledLoop`]), or, where the drive is more than its model, that of the
 /// detailed drive, with every effect, controller and compensation that is linear. [`DriveLoop::linearized`] tells which those are.
@@ -192,8 +192,8 @@ impl DriveLoop {
         }
     }
 
-    /// The bandwidth \[rad/s\], as [`bandwidth`].
-    pub fn bandwidth_rad_s(&self, feedforward: Feedforward) -> Option<f64> {
+    /// The bandwidth, as [`bandwidth`].
+    pub fn bandwidth(&self, feedforward: Feedforward) -> Option<Bandwidth> {
         match &self.kind {
             Kind::Model(_) => bandwidth(&self.axis, &self.settings, feedforward),
             Kind::Drive(drive) => drive.is_stable_at(1.0).then(|| OnGrid::new(drive).bandwidth(feedforward)).flatten(),
@@ -222,13 +222,31 @@ impl DriveLoop {
     pub fn error_constants(&self) -> Option<ErrorConstants> {
         match &self.kind {
             Kind::Model(_) => error_constants(&self.axis, &self.settings),
-            Kind::Drive(drive) => {
-                let [velocity_s, acceleration_s2] = drive.is_stable_at(1.0).then(|| drive.errors()).flatten()?;
-                let known = velocity_s.is_finite() && acceleration_s2.is_finite();
-                known.then_some(ErrorConstants { velocity_s, acceleration_s2 })
-            }
+            Kind::Drive(drive) => drive_errors(drive),
         }
     }
+
+    /// Velocity gain `K_v` \[1/s\]: the speed of a ramp over its steady following error, of feedback alone. `None` where the loop is
+    /// unstable, or where the error vanishes or grows.
+    ///
+    /// Source: Y. Altintas, "Manufacturing Automation", 2nd edition, section 5.6.
+    pub fn velocity_gain_1_s(&self) -> Option<f64> {
+        let errors = match &self.kind {
+            Kind::Model(_) => {
+                let pdff = Pdff { kpf_rad_mm: 0.0, ..self.axis.pdff };
+                error_constants(&AxisParameters { pdff, ..self.axis }, &self.settings)
+            }
+            Kind::Drive(drive) => drive_errors(&drive.feedback_alone()),
+        };
+        errors.map(|errors| 1.0 / errors.velocity_s).filter(|gain| gain.is_finite() && *gain > 0.0)
+    }
+}
+
+/// The steady errors of a detailed drive.
+fn drive_errors(drive: &LinearDrive) -> Option<ErrorConstants> {
+    let [velocity_s, acceleration_s2] = drive.is_stable_at(1.0).then(|| drive.errors()).flatten()?;
+    let known = velocity_s.is_finite() && acceleration_s2.is_finite();
+    known.then_some(ErrorConstants { velocity_s, acceleration_s2 })
 }
 
 #[cfg(test)]
@@ -243,7 +261,7 @@ mod tests {
     use crate::servo::effects::{
         Coulomb, CurrentLoop, Delay, Encoder, EncoderPlace, Friction, Mismatch, TwoMass, VelocityEstimate,
     };
-    use crate::servo::{ControllerGains, ControllerKind, Derivative, Drive, Pdff, Plant};
+    use crate::servo::{ControllerGains, ControllerKind, Derivative, Drive, Plant};
 
     /// A drive with any of the linear effects.
     fn random(rng: &mut Xoshiro256PlusPlus) -> (AxisParameters, DriveModel, LoopSettings) {

@@ -4,7 +4,7 @@ use nalgebra::Complex;
 
 use super::linear_drive::LinearDrive;
 use super::margins::Margins;
-use super::response::Feedforward;
+use super::response::{Bandwidth, Feedforward, bisect};
 use crate::optimize::golden_section;
 
 /// Points a decade of the logarithmic grid, and of the even one beside it.
@@ -108,13 +108,10 @@ impl<'a> OnGrid<'a> {
         Margins { gain_down, gain_up, peak_sensitivity, peak_sensitivity_at_rad_s, ..Margins::at(loops, pole_radius) }
     }
 
-    /// The lowest frequency from which on the table does less than `1/√2` of its command.
-    pub(super) fn bandwidth(&self, feedforward: Feedforward) -> Option<f64> {
-        let below = |omega: f64| self.drive.command_response(omega, feedforward).norm_sqr() < 0.5;
-        let at = self.points.iter().position(|(omega, _)| below(*omega))?;
-        let (high, _) = self.points.get(at)?;
-        let Some((low, _)) = at.checked_sub(1).and_then(|before| self.points.get(before)) else { return Some(*high) };
-        Some(bisect(*low, *high, |omega| !below(omega)))
+    /// See [`Bandwidth`].
+    pub(super) fn bandwidth(&self, feedforward: Feedforward) -> Option<Bandwidth> {
+        let omegas: Vec<f64> = self.points.iter().map(|(omega, _)| *omega).collect();
+        Bandwidth::over(&omegas, |omega| self.drive.command_response(omega, feedforward).norm_sqr() < 0.5)
     }
 }
 
@@ -148,16 +145,4 @@ fn frequencies(drive: &LinearDrive) -> Vec<f64> {
 #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss)] // bounded from both sides
 fn whole(steps: f64) -> u32 {
     steps.ceil().clamp(1.0, 10_000.0) as u32
-}
-
-/// The last place from `low` to `high` where something still holds that holds at `low` and not at `high`, to rounding.
-pub(super) fn bisect(mut low: f64, mut high: f64, holds: impl Fn(f64) -> bool) -> f64 {
-    while high - low > 4e-16 * high {
-        let middle = 0.5 * (low + high);
-        if middle <= low || middle >= high {
-            break;
-        }
-        if holds(middle) { low = middle } else { high = middle }
-    }
-    high
 }

@@ -52,10 +52,25 @@ pub struct LoopMetrics {
     pub peak_sensitivity_at_rad_s: f64,
     /// Smallest distance of `L` to -1.
     pub modulus_margin: f64,
-    /// -3 dB of command to actual position, feedback alone.
+    /// Velocity gain (`K_v` factor) \[1/s\]: speed of a ramp over the steady following error of feedback alone. None where that error
+    /// vanishes or the loop is unstable.
+    pub kv_1_s: Option<f64>,
+    /// The same in the unit of machine tools \[m/min/mm\]: `0.06 K_v`.
+    pub kv_m_min_mm: Option<f64>,
+    /// -3 dB of command to actual position, feedback alone: the first crossing, see [`Bandwidth`](super::Bandwidth).
     pub bandwidth_feedback_rad_s: Option<f64>,
-    /// The same with the feedforward.
+    /// From here on the response stays below.
+    pub bandwidth_feedback_last_rad_s: Option<f64>,
+    /// The first crossing with the feedforward.
     pub bandwidth_rad_s: Option<f64>,
+    /// The last one.
+    pub bandwidth_last_rad_s: Option<f64>,
+    /// [`LoopMetrics::bandwidth_feedback_rad_s`] over 2π.
+    pub bandwidth_feedback_hz: Option<f64>,
+    /// [`LoopMetrics::bandwidth_rad_s`] over 2π.
+    pub bandwidth_hz: Option<f64>,
+    /// [`LoopMetrics::bandwidth_last_rad_s`] over 2π.
+    pub bandwidth_last_hz: Option<f64>,
     /// Response to a step of the command, feedback alone.
     pub step_feedback: Option<StepTimes>,
     /// The same with the feedforward.
@@ -134,6 +149,10 @@ impl LoopMetrics {
         let mut poles: Vec<Pole> = drive.poles().into_iter().map(|z| Pole::new(z, period_s)).collect();
         // The slowest first; of a pair the one above the real axis.
         poles.sort_by(|a, b| a.natural_rad_s.total_cmp(&b.natural_rad_s).then(b.im.total_cmp(&a.im)));
+        let alone = drive.bandwidth(Feedforward::Without);
+        let with = drive.bandwidth(Feedforward::With);
+        let kv_1_s = drive.velocity_gain_1_s();
+        let hz = |omega: f64| omega / std::f64::consts::TAU;
         let mut metrics = Self {
             axis: name.to_owned(),
             linearized: drive.linearized().clone(),
@@ -150,8 +169,15 @@ impl LoopMetrics {
             peak_sensitivity: m.peak_sensitivity,
             peak_sensitivity_at_rad_s: m.peak_sensitivity_at_rad_s,
             modulus_margin: m.modulus_margin(),
-            bandwidth_feedback_rad_s: drive.bandwidth_rad_s(Feedforward::Without),
-            bandwidth_rad_s: drive.bandwidth_rad_s(Feedforward::With),
+            kv_1_s,
+            kv_m_min_mm: kv_1_s.map(|kv| 0.06 * kv),
+            bandwidth_feedback_rad_s: alone.map(|b| b.first_rad_s),
+            bandwidth_feedback_last_rad_s: alone.and_then(|b| b.last_rad_s),
+            bandwidth_rad_s: with.map(|b| b.first_rad_s),
+            bandwidth_last_rad_s: with.and_then(|b| b.last_rad_s),
+            bandwidth_feedback_hz: alone.map(|b| hz(b.first_rad_s)),
+            bandwidth_hz: with.map(|b| hz(b.first_rad_s)),
+            bandwidth_last_hz: with.and_then(|b| b.last_rad_s).map(hz),
             step_feedback: step(Feedforward::Without),
             step: step(Feedforward::With),
             tracking_error_um_per_mm_s: errors.map(|e| 1e3 * e.velocity_s),

@@ -47,5 +47,7 @@ pub use drive_loop::DriveLoop;
 pub use linearized::Linearized;
 pub use margins::{Margins, PeakSensitivity, margins, peak_sensitivity, stable_gain_factors};
 pub use metrics::{LoopMetrics, Pole, StepTimes};
-pub use response::{ErrorConstants, Feedforward, StepMetrics, StepResponse, bandwidth, error_constants, step_response};
+pub use response::{
+    Bandwidth, ErrorConstants, Feedforward, StepMetrics, StepResponse, bandwidth, error_constants, step_response,
+};
 pub use sampled_loop::SampledLoop;

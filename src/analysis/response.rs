@@ -31,29 +31,62 @@ impl SampledLoop {
     }
 }
 
-/// The bandwidth \[rad/s\]: the lowest frequency from which on `|x_act/x_com|` is below `1/√2` (-3 dB). `None` when the
-/// loop is unstable, or when the response stays above up to `π/Δt`.
+/// Where the response from command to position falls below -3 dB (`|x_act/x_com| = 1/√2`).
+///
+/// A response may rise again behind its first crossing. Where it does, the two frequencies differ, and a command between them is followed
+/// again.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Bandwidth {
+    /// The lowest frequency at which the response falls through -3 dB \[rad/s\]: what is called bandwidth.
+    pub first_rad_s: f64,
+    /// The frequency from which on it stays below, up to `π/Δt` \[rad/s\]; `None` where it ends above.
+    pub last_rad_s: Option<f64>,
+}
+
+impl Bandwidth {
+    /// Over increasing frequencies, with crossings refined to rounding; `None` where the response is never below.
+    pub(super) fn over(omegas: &[f64], below: impl Fn(f64) -> bool) -> Option<Self> {
+        let is_below: Vec<bool> = omegas.iter().map(|omega| below(*omega)).collect();
+        let crossing = |at: usize| match at.checked_sub(1) {
+            Some(before) => bisect(omegas[before], omegas[at], |omega| !below(omega)),
+            None => omegas[at],
+        };
+        let first = is_below.iter().position(|below| *below)?;
+        // The end itself is below, or nothing stays below.
+        let last = is_below.iter().rposition(|below| !below).map_or(0, |above| above + 1);
+        Some(Self { first_rad_s: crossing(first), last_rad_s: (last < omegas.len()).then(|| crossing(last)) })
+    }
+
+    /// Whether the response rises again behind the first crossing.
+    pub fn rises_again(&self) -> bool {
+        self.last_rad_s != Some(self.first_rad_s)
+    }
+}
+
+/// The last place from `low` to `high` where something still holds that holds at `low` and not at `high`, to rounding.
+pub(super) fn bisect(mut low: f64, mut high: f64, holds: impl Fn(f64) -> bool) -> f64 {
+    while high - low > 4e-16 * high {
+        let middle = 0.5 * (low + high);
+        if middle <= low || middle >= high {
+            break;
+        }
+        if holds(middle) { low = middle } else { high = middle }
+    }
+    high
+}
+
+/// The [`Bandwidth`]. `None` when the loop is unstable, or when the response stays above -3 dB up to `π/Δt`.
 ///
 /// Searched in steps of 1.4 % over ten decades below `π/Δt`, then refined to rounding: a notch narrower than a step is not seen.
-pub fn bandwidth(axis: &AxisParameters, settings: &LoopSettings, feedforward: Feedforward) -> Option<f64> {
+pub fn bandwidth(axis: &AxisParameters, settings: &LoopSettings, feedforward: Feedforward) -> Option<Bandwidth> {
     const STEPS: i32 = 1600;
     let sampled = SampledLoop::new(axis, settings);
     if !sampled.is_stable_at(1.0) {
         return None;
     }
     let nyquist = sampled.nyquist_rad_s();
-    let below = |omega: f64| sampled.command_response(omega, feedforward).norm_sqr() < 0.5;
-    let omega = |step: i32| nyquist * libm::pow(10.0, f64::from(step - STEPS) / 160.0);
-    let step = (0..=STEPS).find(|step| below(omega(*step)))?;
-    let (mut low, mut high) = (omega(step - 1), omega(step));
-    while high - low > 4e-16 * high {
-        let middle = 0.5 * (low + high);
-        if middle <= low || middle >= high {
-            break;
-        }
-        if below(middle) { high = middle } else { low = middle }
-    }
-    Some(high)
+    let omegas: Vec<f64> = (0..=STEPS).map(|step| nyquist * libm::pow(10.0, f64::from(step - STEPS) / 160.0)).collect();
+    Bandwidth::over(&omegas, |omega| sampled.command_response(omega, feedforward).norm_sqr() < 0.5)
 }
 
 /// Metrics of a step response.

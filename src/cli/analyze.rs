@@ -193,8 +193,17 @@ fn table(analysis: &Analysis<'_>, scenario: &Scenario) -> String {
     let any = axes.iter().any(|axis| axis.stable);
     let blank = |_: &LoopMetrics| any.then(String::new);
     row("", "", &blank);
-    row("bandwidth (-3 dB), feedback alone", "rad/s", &|axis| Some(significant(axis.bandwidth_feedback_rad_s?, 4)));
+    row("velocity gain Kv, feedback alone", "1/s", &|axis| Some(significant(axis.kv_1_s?, 4)));
+    row("", "m/min/mm", &|axis| Some(significant(axis.kv_m_min_mm?, 4)));
+    let title = "bandwidth (-3 dB), feedback alone";
+    row(title, "rad/s", &|axis| Some(significant(axis.bandwidth_feedback_rad_s?, 4)));
+    row("", "Hz", &|axis| Some(significant(axis.bandwidth_feedback_hz?, 4)));
+    row("  rises again, below from here on", "rad/s", &|axis| {
+        again(axis.bandwidth_feedback_rad_s, axis.bandwidth_feedback_last_rad_s)
+    });
     row("  with feedforward", "rad/s", &|axis| Some(significant(axis.bandwidth_rad_s?, 4)));
+    row("", "Hz", &|axis| Some(significant(axis.bandwidth_hz?, 4)));
+    row("  rises again, below from here on", "rad/s", &|axis| again(axis.bandwidth_rad_s, axis.bandwidth_last_rad_s));
     for (title, with) in [("step, feedback alone: rise", false), ("step, with feedforward: rise", true)] {
         let step = |axis: &LoopMetrics| if with { axis.step } else { axis.step_feedback };
         row(title, "ms", &|axis| Some(significant(1e3 * step(axis)?.rise_s, 3)));
@@ -222,6 +231,16 @@ fn table(analysis: &Analysis<'_>, scenario: &Scenario) -> String {
         let _ = writeln!(out, "{}  {}: {warning}", if i == 0 { "\n" } else { "" }, names.join(" and "));
     }
     out
+}
+
+/// The last crossing of -3 dB where it is another one than the first.
+fn again(first: Option<f64>, last: Option<f64>) -> Option<String> {
+    let first = first?;
+    match last {
+        Some(last) if last == first => None,
+        Some(last) => Some(significant(last, 4)),
+        None => Some("never".to_owned()),
+    }
 }
 
 fn least_damped(axis: &LoopMetrics) -> Option<Pole> {

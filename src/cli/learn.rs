@@ -26,10 +26,11 @@ position commands. The last line says how the scenario runs with it: `learned.fi
 file, or --set learned.file=…, relative to the folder of the scenario. A scenario that has such a file continues \
 from there.
 
-The best run is the one with the smallest rms tracking error, from which is learned.
+The best run is the one with the smallest contouring error; learning itself works on the tracking error. The first \
+run, without a correction, is one of them: what is written is never worse.
 
-Exits with 3 if learning diverges, an axis locks up or a loop is unstable; the correction of the best run is \
-written in any case, also after Ctrl-C.")]
+Exits with 3 if no run is better than the first, learning diverges, an axis locks up or a loop is unstable; the \
+correction of the best run is written in any case, also after Ctrl-C.")]
 pub(crate) struct LearnArgs {
     /// Scenario file, or name of a built-in scenario
     scenario: String,
@@ -64,7 +65,9 @@ pub(crate) fn run(args: &LearnArgs) -> Result<Outcome, CliError> {
     args.out.print.show(&learned, || table(&learned))?;
     if args.out.print.has_no_table() {
         let locked = learned.locked_up.then(|| "an axis locks up in the first run".to_owned());
-        learned.diverged.iter().chain(&locked).for_each(|text| note(text));
+        let gained = (!learned.improved() && !learned.interrupted)
+            .then(|| "no run has a smaller contouring error than the first".to_owned());
+        learned.diverged.iter().chain(&locked).chain(&gained).for_each(|text| note(text));
     }
     make_folder(&args.out.folder)?;
     let file = args.out.folder.join(format!("{}-learned.csv", scenario.name));
@@ -74,11 +77,17 @@ pub(crate) fn run(args: &LearnArgs) -> Result<Outcome, CliError> {
         written.extend(report::write_learning(&learned, &args.out.folder, &scenario.name, format)?);
     }
     args.out.print.note(&plot::wrote(&written));
-    args.out.print.note(&how_to_run(&document, &scenario, &file));
+    if learned.improved() || learned.continued {
+        args.out.print.note(&how_to_run(&document, &scenario, &file));
+    }
     if learned.interrupted {
         return Err(CliError::LearningInterrupted { runs: learned.runs.len(), file });
     }
-    Ok(if learned.diverged.is_some() || learned.locked_up { Outcome::Broken } else { Outcome::Fine })
+    Ok(if learned.diverged.is_some() || learned.locked_up || !learned.improved() {
+        Outcome::Broken
+    } else {
+        Outcome::Fine
+    })
 }
 
 /// The table for people.
@@ -108,14 +117,6 @@ fn table(learned: &Learned) -> String {
         );
     }
     let _ = writeln!(out, "                 µm        µm               µm        µm         V");
-    let smallest = learned.runs.iter().min_by(|a, b| a.max_contour_error_um.total_cmp(&b.max_contour_error_um));
-    if let Some(smallest) = smallest.filter(|run| run.run != learned.best_run) {
-        let _ = writeln!(
-            out,
-            "\n  best: by its tracking error (rms), which is what is learned from; the largest contouring error is smallest in run {}",
-            smallest.run
-        );
-    }
     for line in learned.diverged.iter().chain(&learned.warnings) {
         let _ = writeln!(out, "\n  {}", printable(line));
     }

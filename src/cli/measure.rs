@@ -325,8 +325,20 @@ fn response_table(measured: &Response) -> String {
     let each = |pick: &dyn Fn(&AxisResponse) -> Option<f64>, digits: usize| -> Vec<String> {
         measured.axes.iter().map(|axis| pick(axis).map_or("-".to_owned(), |value| significant(value, digits))).collect()
     };
+    let rad_s = |hz: Option<f64>| hz.map(|hz| std::f64::consts::TAU * hz);
+    let again = |first: Option<f64>, last: Option<f64>| last.filter(|last| Some(*last) != first);
     table.row("bandwidth (-3 dB)", &each(&|axis| axis.bandwidth_hz, 5), "Hz");
+    table.row("", &each(&|axis| rad_s(axis.bandwidth_hz), 5), "rad/s");
+    if measured.axes.iter().any(|axis| again(axis.bandwidth_hz, axis.bandwidth_last_hz).is_some()) {
+        let last = each(&|axis| again(axis.bandwidth_hz, axis.bandwidth_last_hz), 5);
+        table.row("  rises again, below from here on", &last, "Hz");
+    }
     table.row("  of the linear analysis", &each(&|axis| axis.model_bandwidth_hz, 5), "Hz");
+    table.row("", &each(&|axis| rad_s(axis.model_bandwidth_hz), 5), "rad/s");
+    if measured.axes.iter().any(|axis| again(axis.model_bandwidth_hz, axis.model_bandwidth_last_hz).is_some()) {
+        let last = each(&|axis| again(axis.model_bandwidth_hz, axis.model_bandwidth_last_hz), 5);
+        table.row("  rises again, below from here on", &last, "Hz");
+    }
     table.row("peak", &each(&|axis| Some(axis.peak_db), 4), "dB");
     table.row("  at", &each(&|axis| Some(axis.peak_hz), 4), "Hz");
     table.row("largest distance from the analysis", &each(&|axis| axis.model_deviation_db, 3), "dB");
@@ -370,6 +382,8 @@ fn step_table(measured: &Steps) -> String {
     let label = format!("following error at {} mm/s", short(feed, 5));
     table.row(&label, &each(&|a| Some(a.ramp.following_error_um), 5, never), "µm (negative: ahead)");
     table.row("  of the linear analysis", &each(&|a| a.ramp.model_following_error_um, 5, "-"), "µm");
+    table.row("  velocity gain Kv (feed over error)", &each(&|a| a.ramp.kv_1_s, 4, "-"), "1/s");
+    table.row("", &each(&|a| a.ramp.kv_1_s.map(|kv| 0.06 * kv), 4, "-"), "m/min/mm");
     table.row("  ripple", &each(&|a| Some(a.ramp.ripple_um), 3, never), "µm");
     table.row("  largest of the whole ramp", &each(&|a| Some(a.ramp.largest_error_um), 5, never), "µm");
     table.row("  settled after its end", &each(&|a| a.ramp.settling_s.map(|s| 1e3 * s), 4, never), "ms");

@@ -67,13 +67,13 @@ impl Default for LearnRequest {
 pub struct LearnRun {
     /// Its number, from 1.
     pub run: u32,
-    /// Largest contouring error.
+    /// Largest contouring error: what a run is judged by.
     pub max_contour_error_um: f64,
     /// Its root mean square.
     pub rms_contour_error_um: f64,
     /// Largest tracking error.
     pub max_tracking_error_um: f64,
-    /// Its root mean square: what is learned from.
+    /// Its root mean square: what is learned from, and what tells divergence.
     pub rms_tracking_error_um: f64,
     /// Largest voltage of any axis.
     pub peak_voltage_v: f64,
@@ -108,7 +108,7 @@ pub struct Learned {
     pub period_s: f64,
     /// The runs; fewer than asked for where learning diverged.
     pub runs: Vec<LearnRun>,
-    /// Number of the run with the smallest tracking error (rms).
+    /// Number of the run with the smallest contouring error (largest of the run); the first of equals.
     pub best_run: u32,
     /// Why learning was ended early: it diverged.
     pub diverged: Option<String>,
@@ -123,6 +123,14 @@ pub struct Learned {
     /// The corrections of the best run, sample by sample \[mm\]: for [`Simulation::with_corrections`](crate::simulation::Simulation::with_corrections).
     #[serde(skip)]
     pub corrections_mm: Arc<[Vector2<f64>]>,
+}
+
+impl Learned {
+    /// Whether a run has a smaller contouring error than the first one: otherwise the corrections are those of the first run, zero or the
+    /// scenario's.
+    pub fn improved(&self) -> bool {
+        self.best_run > 1
+    }
 }
 
 /// Why nothing could be learned.
@@ -282,7 +290,8 @@ impl Learner {
             warnings: Vec::new(),
             corrections_mm: corrections.clone(),
         };
-        let mut best_um = f64::INFINITY;
+        // Judged by the contouring error, watched by the tracking error that is learned from.
+        let (mut best_um, mut least_rms_um) = (f64::INFINITY, f64::INFINITY);
         for run in 1..=request.runs {
             let (summary, errors) = match one_run(stop, scenario, run, corrections.clone()) {
                 Ok(Some(done)) => done,
@@ -305,18 +314,19 @@ impl Learner {
                     out.corrections_mm = vec![Vector2::zeros(); errors.len()].into();
                 }
             }
-            if rms_um < best_um {
-                (best_um, out.best_run) = (rms_um, run);
+            if metrics.max_contour_error_um < best_um && (run == 1 || !summary.locked_up) {
+                (best_um, out.best_run) = (metrics.max_contour_error_um, run);
                 if run > 1 {
                     out.corrections_mm = corrections.clone();
                 }
             }
+            least_rms_um = least_rms_um.min(rms_um);
             if summary.locked_up && !out.locked_up {
                 out.diverged = Some(self.blame(request, run, "an axis locked up"));
                 break;
             }
-            if rms_um > GROWTH * best_um + GROWTH_UM {
-                let grown = format!("the tracking error (rms) grew from {best_um:.4} to {rms_um:.4} µm");
+            if rms_um > GROWTH * least_rms_um + GROWTH_UM {
+                let grown = format!("the tracking error (rms) grew from {least_rms_um:.4} to {rms_um:.4} µm");
                 out.diverged = Some(self.blame(request, run, &grown));
                 break;
             }
@@ -332,6 +342,13 @@ impl Learner {
             && out.runs.iter().any(|run| run.saturated_share > 0.0)
         {
             out.warnings.push("the learned corrections saturate the drives: lower the cutoff or the gain".to_owned());
+        }
+        if !out.improved() && out.runs.len() > 1 {
+            let kept = if out.continued { "the scenario's own correction is kept" } else { "the correction is zero" };
+            out.warnings.push(format!(
+                "nothing is gained: no run has a smaller contouring error than the first ({:.4} µm); {kept}",
+                out.runs.first().map_or(0.0, |run| run.max_contour_error_um)
+            ));
         }
         if out.locked_up {
             out.warnings.push("an axis locks up in the first run: tune the loop before it learns".to_owned());

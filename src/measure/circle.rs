@@ -404,14 +404,20 @@ fn spikes(samples: &[Sample], fit: &SVector<f64, TERMS>, turn: f64) -> [Spike; 4
 }
 
 /// Largest radial distance of the two paths, and where.
+///
+/// Between its samples a path is taken as straight in polar coordinates, so the distance of two paths is largest at a sample of one of them:
+/// every sample is tried, and no spike is too narrow.
 fn hysteresis(directions: &[Direction; 2]) -> (f64, f64) {
-    const ANGLES: u32 = 7200;
-    let sorted = directions.each_ref().map(|direction| {
-        let mut trace = direction.trace.clone();
+    hysteresis_of(directions.each_ref().map(|direction| direction.trace.as_slice()))
+}
+
+fn hysteresis_of(traces: [&[Radial]; 2]) -> (f64, f64) {
+    let sorted = traces.map(|trace| {
+        let mut trace = trace.to_vec();
         trace.sort_by(|a, b| a.angle_deg.total_cmp(&b.angle_deg));
         trace
     });
-    let angles = (0..ANGLES).map(|k| 360.0 * f64::from(k) / f64::from(ANGLES));
+    let angles = sorted.iter().flatten().map(|radial| radial.angle_deg);
     angles
         .map(|angle| ((between(&sorted[0], angle) - between(&sorted[1], angle)).abs(), angle))
         .fold((0.0, 0.0), |best, next| if next.0 > best.0 { next } else { best })
@@ -428,4 +434,34 @@ fn between(trace: &[Radial], angle_deg: f64) -> f64 {
 
 fn pair(radial: &Radial) -> (f64, f64) {
     (radial.angle_deg, radial.deviation_um)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn regression_no_spike_is_too_narrow_for_the_hysteresis() {
+        // Samples at uneven angles, and a spike of one sample between two angles of any even grid of some thousands.
+        let trace = |spike: f64| -> Vec<Radial> {
+            (0..5000_u32)
+                .map(|k| {
+                    let angle_deg = 0.072 * f64::from(k) + 0.0123;
+                    let spike = if k == 1234 { spike } else { 0.0 };
+                    Radial { angle_deg, deviation_um: libm::sin(2.0 * angle_deg.to_radians()) + spike }
+                })
+                .collect()
+        };
+        for spike in [2.0312, -1.2448] {
+            let (plain, spiked) = (trace(0.0), trace(spike));
+            let (um, at_deg) = hysteresis_of([&plain, &spiked]);
+            assert!(
+                (um - spike.abs()).abs() < 1e-12 && (at_deg - (0.072 * 1234.0 + 0.0123)).abs() < 1e-9,
+                "{um} {at_deg}"
+            );
+            // Whichever direction has it, and however its samples are sorted.
+            let backwards: Vec<Radial> = spiked.into_iter().rev().collect();
+            assert_eq!(hysteresis_of([&backwards, &plain]).0, um);
+        }
+    }
 }

@@ -58,11 +58,15 @@ impl ResponsePoint {
 pub struct AxisResponse {
     /// Name of the axis.
     pub axis: String,
-    /// The lowest frequency measured from which on the magnitude is below -3 dB (`1/√2`), if it is reached: measured again and again
-    /// between the two points around it, until they are 0.2 % apart. None where the table does not move on one side of it.
+    /// The lowest frequency at which the magnitude falls through -3 dB (`1/√2`), if it is reached: measured again and again between the
+    /// two points around it, until they are 0.2 % apart. None where the table does not move on one side of it.
     pub bandwidth_hz: Option<f64>,
-    /// The same of the linear analysis, from its formula, whatever was measured.
+    /// The frequency from which on it stays below, up to the last one measured: another one where the response rises again.
+    pub bandwidth_last_hz: Option<f64>,
+    /// The first crossing of the linear analysis, from its formula, whatever was measured.
     pub model_bandwidth_hz: Option<f64>,
+    /// Its last crossing, see [`Bandwidth`](crate::analysis::Bandwidth).
+    pub model_bandwidth_last_hz: Option<f64>,
     /// What the linear analysis takes in, and what it leaves out.
     #[serde(flatten)]
     pub linearized: Linearized,
@@ -395,10 +399,13 @@ fn metrics(scenario: &Scenario, axis: usize, model: &DriveLoop, tones: &[Tone], 
             points.len()
         ));
     }
+    let model_bandwidth = model.bandwidth(Feedforward::With);
     AxisResponse {
         axis: AXIS_NAMES[axis].to_owned(),
         bandwidth_hz: None,
-        model_bandwidth_hz: model.bandwidth_rad_s(Feedforward::With).map(|omega| omega / TAU),
+        bandwidth_last_hz: None,
+        model_bandwidth_hz: model_bandwidth.map(|b| b.first_rad_s / TAU),
+        model_bandwidth_last_hz: model_bandwidth.and_then(|b| b.last_rad_s).map(|omega| omega / TAU),
         linearized: model.linearized().clone(),
         peak_db: peak.map_or(0.0, |peak| peak.magnitude_db),
         peak_hz: peak.map_or(0.0, |peak| peak.frequency_hz),
@@ -425,18 +432,47 @@ fn decimals(value: f64) -> usize {
 }
 
 impl AxisResponse {
-    /// Where the magnitude falls below -3 dB: between the points around it more are measured, then interpolated in decibel over the
-    /// logarithm of the frequency.
+    /// Where the magnitude falls below -3 dB, for the first and for the last time: between the points around it more are measured, then
+    /// interpolated in decibel over the logarithm of the frequency.
     ///
     /// - `measure`: the frequency next to one that can be measured, and the magnitude there
     fn find_bandwidth(
         &mut self,
         measure: impl Fn(f64) -> Result<(f64, f64), MeasureError>,
     ) -> Result<(), MeasureError> {
-        let below = self.points.iter().position(|point| point.magnitude_db < HALF_POWER_DB);
-        let Some((a, b)) = below.and_then(|b| Some((self.points.get(b.checked_sub(1)?)?, self.points.get(b)?))) else {
-            return Ok(());
+        let is_below = |point: &ResponsePoint| point.magnitude_db < HALF_POWER_DB;
+        let Some(first) = self.points.iter().position(is_below) else { return Ok(()) };
+        let last = self.points.iter().rposition(|point| !is_below(point)).map_or(first, |above| above + 1);
+        match self.crossing(first, &measure)? {
+            Some(Crossing::At(hz)) => self.bandwidth_hz = Some(hz),
+            Some(Crossing::Stops(a, b)) => self.warnings.push(format!(
+                "no bandwidth: the magnitude does not fall through -3 dB, the table stops moving between {:.*} and {:.*} Hz",
+                decimals(a),
+                a,
+                decimals(b),
+                b
+            )),
+            None => {}
+        }
+        self.bandwidth_last_hz = if last == first {
+            self.bandwidth_hz
+        } else {
+            self.crossing(last, &measure)?.and_then(|crossing| match crossing {
+                Crossing::At(hz) => Some(hz),
+                Crossing::Stops(..) => None,
+            })
         };
+        Ok(())
+    }
+
+    /// The crossing between the point `below` and the one before; none where there is no such pair.
+    fn crossing(
+        &self,
+        below: usize,
+        measure: impl Fn(f64) -> Result<(f64, f64), MeasureError>,
+    ) -> Result<Option<Crossing>, MeasureError> {
+        let before = below.checked_sub(1).and_then(|before| self.points.get(before));
+        let (Some(a), Some(b)) = (before, self.points.get(below)) else { return Ok(None) };
         let (mut a, mut b) = ((a.frequency_hz, a.magnitude_db), (b.frequency_hz, b.magnitude_db));
         for _ in 0..MOST_HALVINGS {
             if b.1 <= STILL_DB || b.0 <= NEAR * a.0 {
@@ -449,19 +485,19 @@ impl AxisResponse {
             if middle.1 < HALF_POWER_DB { b = middle } else { a = middle }
         }
         if b.1 <= STILL_DB {
-            self.warnings.push(format!(
-                "no bandwidth: the magnitude does not fall through -3 dB, the table stops moving between {:.*} and {:.*} Hz",
-                decimals(a.0),
-                a.0,
-                decimals(b.0),
-                b.0
-            ));
-        } else {
-            let share = (a.1 - HALF_POWER_DB) / (a.1 - b.1);
-            self.bandwidth_hz = Some(a.0 * libm::pow(b.0 / a.0, share));
+            return Ok(Some(Crossing::Stops(a.0, b.0)));
         }
-        Ok(())
+        let share = (a.1 - HALF_POWER_DB) / (a.1 - b.1);
+        Ok(Some(Crossing::At(a.0 * libm::pow(b.0 / a.0, share))))
     }
+}
+
+/// What is found between a point above -3 dB and one below.
+enum Crossing {
+    /// The frequency \[Hz\].
+    At(f64),
+    /// The table stops moving between two frequencies \[Hz\].
+    Stops(f64, f64),
 }
 
 #[cfg(test)]

@@ -69,6 +69,8 @@ pub struct RampMetrics {
     pub length_mm: f64,
     /// Mean of command less actual position over the last half of the cruise (negative: ahead of the command).
     pub following_error_um: f64,
+    /// Velocity gain `K_v` of the loop with its feedforward \[1/s\]: feed over following error. Null where the axis does not lag behind.
+    pub kv_1_s: Option<f64>,
     /// What the linear analysis says.
     pub model_following_error_um: Option<f64>,
     /// Largest distance from that mean in the same time.
@@ -249,6 +251,9 @@ impl AxisSteps {
     }
 }
 
+/// A following error of less is none \[µm\].
+const NO_LAG_UM: f64 = 1e-3;
+
 /// The fewest samples that cover a time, at least ten.
 #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss)] // a float cast saturates, and the caller has bounded it
 fn samples(time_s: f64, period_s: f64) -> usize {
@@ -343,6 +348,7 @@ fn ramped(
         feed_mm_s: request.feed_mm_s,
         length_mm: motion.length_mm(),
         following_error_um: mean,
+        kv_1_s: Some(1e3 * request.feed_mm_s / mean).filter(|kv| kv.is_finite() && mean > NO_LAG_UM),
         model_following_error_um,
         ripple_um: cruise.iter().map(|sample| (error_um(sample) - mean).abs()).fold(0.0, f64::max),
         largest_error_um: run.iter().map(|sample| error_um(sample).abs()).fold(0.0, f64::max),

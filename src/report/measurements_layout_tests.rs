@@ -72,7 +72,9 @@ fn responses(size: f64, count: u32) -> Response {
     let axis = |name: &str| AxisResponse {
         axis: name.to_owned(),
         bandwidth_hz: Some(3.0 * size),
+        bandwidth_last_hz: Some(3.0 * size),
         model_bandwidth_hz: None,
+        model_bandwidth_last_hz: None,
         peak_db: 2.0,
         peak_hz: size,
         model_deviation_db: Some(1e-5),
@@ -105,6 +107,7 @@ fn ramps(size: f64, count: u32, settles: bool) -> Steps {
         ramp: RampMetrics {
             feed_mm_s: 100.0,
             length_mm: 60.0,
+            kv_1_s: None,
             following_error_um: size,
             model_following_error_um: None,
             ripple_um: 0.0,

@@ -123,6 +123,22 @@ fn what_takes_no_part_is_told() {
 }
 
 #[test]
+fn learning_that_gains_nothing_keeps_the_first_run_and_exits_with_3() {
+    let folder = Folder::new();
+    // No feedforward and slow loops: the corrections saturate the drives.
+    let set = "--set axes.x.pdff.kpf=0 --set axes.y.pdff.kpf=0 --set axes.x.pdff.kpp=40 --set axes.y.pdff.kpp=40";
+    folder
+        .servosim(&format!("learn alpha --runs 3 {set} --plots none"))
+        .assert()
+        .code(3)
+        .stdout(contains("nothing is gained: no run has a smaller contouring error than the first"))
+        .stderr(contains("to run with it").not());
+    // What is written is no correction.
+    let csv = fs::read_to_string(folder.path("output/alpha-learned.csv")).unwrap();
+    assert!(csv.lines().skip(1).all(|line| line.ends_with(",0,0") || line.ends_with(",0.0,0.0")), "{csv}");
+}
+
+#[test]
 fn what_was_learned_is_written() {
     let folder = Folder::new();
     folder

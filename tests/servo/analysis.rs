@@ -7,9 +7,10 @@ use nalgebra::{Complex, DMatrix};
 use rand::{RngExt, SeedableRng};
 use rand_xoshiro::Xoshiro256PlusPlus;
 use servosim::analysis::{
-    Feedforward, Margins, SampledLoop, bandwidth, error_constants, margins, peak_sensitivity, stable_gain_factors,
-    step_response,
+    DriveLoop, Feedforward, Margins, SampledLoop, bandwidth, error_constants, margins, peak_sensitivity,
+    stable_gain_factors, step_response,
 };
+use servosim::scenario::Document;
 use servosim::servo::{AxisLoop, AxisParameters, Derivative, Drive, LoopSettings, Pdff, Plant};
 
 /// Axes around the paper's, stable and unstable; now and then without one of the gains.
@@ -465,19 +466,58 @@ fn validates_the_step_response_against_powers_of_the_matrix() {
 #[test]
 fn validates_the_bandwidth_against_the_response() {
     let mut rng = Xoshiro256PlusPlus::seed_from_u64(27);
-    let mut checked = 0;
+    let (mut checked, mut again) = (0, 0);
     for _ in 0..300 {
         let (axis, settings) = random_axis(&mut rng);
         let sampled = SampledLoop::new(&axis, &settings);
         for feedforward in [Feedforward::Without, Feedforward::With] {
-            let Some(omega) = bandwidth(&axis, &settings, feedforward) else { continue };
+            let Some(found) = bandwidth(&axis, &settings, feedforward) else { continue };
             checked += 1;
             let size = |omega: f64| sampled.command_response(omega, feedforward).norm();
-            assert!((size(omega) - 0.5f64.sqrt()).abs() < 1e-9);
-            assert!((1..1000).all(|i| size(omega * f64::from(i) / 1000.0) >= 0.5f64.sqrt()), "{axis:?}");
+            let (first, half) = (found.first_rad_s, 0.5f64.sqrt());
+            assert!((size(first) - half).abs() < 1e-9);
+            assert!((1..1000).all(|i| size(first * f64::from(i) / 1000.0) >= half), "{axis:?}");
+            // From the last crossing on it stays below, and just before it does not.
+            let nyquist = sampled.nyquist_rad_s();
+            assert_eq!(found.last_rad_s.is_some(), size(nyquist) < half, "{axis:?}");
+            let Some(last) = found.last_rad_s else { continue };
+            assert!(last >= first && size(last * (1.0 - 1e-9)) >= half - 1e-9, "{axis:?}");
+            assert!((1..1000).all(|i| size(last + (nyquist - last) * f64::from(i) / 1000.0) < half), "{axis:?}");
+            again += usize::from(found.rises_again());
         }
     }
+    assert!(again > 0, "some rise again");
     assert!(checked > 100, "{checked}");
+}
+
+#[test]
+fn validates_the_two_crossings_of_alpha_at_two_milliseconds() {
+    let mut document = Document::builtin("alpha").unwrap();
+    document.set("control.period_s=0.002").unwrap();
+    let scenario = document.scenario().unwrap();
+    let found = bandwidth(&scenario.axes[0], &scenario.settings, Feedforward::Without).unwrap();
+    // Read off 10^6 frequencies of the response by an independent implementation, to its four digits.
+    assert!((found.first_rad_s - 230.8).abs() < 0.05 && found.rises_again(), "{found:?}");
+    assert!((found.last_rad_s.unwrap() - 535.0).abs() < 0.05, "{found:?}");
+}
+
+#[test]
+fn validates_the_velocity_gain_against_its_closed_form() {
+    let mut rng = Xoshiro256PlusPlus::seed_from_u64(29);
+    let mut checked = 0;
+    for _ in 0..200 {
+        let (axis, settings) = random_axis(&mut rng);
+        let drive = DriveLoop::model(&axis, &settings);
+        let Some(kv) = drive.velocity_gain_1_s() else { continue };
+        if axis.pdff.kiv_1_s == 0.0 {
+            continue;
+        }
+        // With an integral a ramp of feedback alone lags by v/(r_g kpp).
+        let closed = axis.drive.transmission_mm_rad * axis.pdff.kpp_rad_s_mm;
+        assert!((kv / closed - 1.0).abs() < 1e-6, "{axis:?}: {kv} {closed}");
+        checked += 1;
+    }
+    assert!(checked > 50, "{checked}");
 }
 
 #[test]

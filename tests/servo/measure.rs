@@ -218,7 +218,8 @@ fn validates_swept_sine_against_the_analytic_response() {
     ] {
         let measured = response(&scenario, &request).unwrap();
         for (axis, found) in scenario.axes.iter().zip(&measured.axes) {
-            let known = servosim::analysis::bandwidth(axis, &scenario.settings, Feedforward::With).unwrap() / TAU;
+            let known =
+                servosim::analysis::bandwidth(axis, &scenario.settings, Feedforward::With).unwrap().first_rad_s / TAU;
             near(found.bandwidth_hz.unwrap(), known, 1e-4 * known);
             near(found.model_bandwidth_hz.unwrap(), known, 1e-9 * known);
         }
@@ -416,6 +417,22 @@ fn learning_converges_on_the_drive_as_it_is() {
 }
 
 #[test]
+fn regression_what_learning_makes_worse_is_not_kept() {
+    // Without feedforward the corrections saturate the drives: the tracking error falls, the contouring error grows.
+    let mut scenario = alpha();
+    for axis in &mut scenario.axes {
+        (axis.pdff.kpf_rad_mm, axis.pdff.kpp_rad_s_mm) = (0.0, 40.0);
+    }
+    let learned = learn(&scenario, &LearnRequest { runs: 4, ..LearnRequest::default() }).unwrap();
+    let contour: Vec<f64> = learned.runs.iter().map(|run| run.max_contour_error_um).collect();
+    println!("without feedforward: {contour:?}");
+    assert!(contour[1..].iter().all(|um| *um > contour[0]), "{contour:?}");
+    assert!(!learned.improved() && learned.best_run == 1);
+    assert!(learned.corrections_mm.iter().all(|c| *c == Vector2::zeros()));
+    assert!(learned.warnings.iter().any(|text| text.starts_with("nothing is gained")), "{:?}", learned.warnings);
+}
+
+#[test]
 fn learning_knows_axes_that_look_ahead() {
     let mut scenario = alpha();
     scenario.drives.iter_mut().for_each(|drive| drive.zero_phase = true);
@@ -437,8 +454,8 @@ fn learning_that_diverges_says_why() {
     assert!(learned.runs.len() < 40);
     // A lower gain with the cutoff that comes by itself does not.
     assert!(learn(&scenario, &LearnRequest { runs: 15, ..LearnRequest::default() }).unwrap().diverged.is_none());
-    let best = learned.runs.iter().map(|run| run.rms_tracking_error_um).fold(f64::INFINITY, f64::min);
-    assert_eq!(learned.runs[learned.best_run as usize - 1].rms_tracking_error_um, best);
+    let best = learned.runs.iter().map(|run| run.max_contour_error_um).fold(f64::INFINITY, f64::min);
+    assert_eq!(learned.runs[learned.best_run as usize - 1].max_contour_error_um, best);
     for gain in [0.0, -1.0, 2.0, f64::NAN] {
         assert!(matches!(
             learn(&scenario, &LearnRequest { gain, ..LearnRequest::default() }),
