@@ -21,6 +21,7 @@ mod stepover;
 mod sweep;
 mod table;
 mod test;
+mod tested;
 mod toolpath;
 mod tune;
 mod tune_file;

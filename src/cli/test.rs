@@ -5,6 +5,7 @@ use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 use std::sync::{Mutex, PoisonError};
 use std::thread;
+use std::time::Instant;
 
 use crate::limits::LimitCheck;
 use crate::report;
@@ -15,6 +16,7 @@ use serde::Serialize;
 
 use super::output::{PrintArgs, make_folder, margin, note, printable, short, significant};
 use super::run::stop_flag;
+use super::tested::{Tested, Verdict, held};
 use super::{CliError, Outcome, junit, tell};
 
 /// Arguments of `servosim test`.
@@ -25,8 +27,8 @@ Examples:
   servosim test alpha heart --set feedrate.feed_mm_s=120
   servosim test scenarios --junit report.xml    for a CI server
 
-Nothing is recorded and nothing is plotted. The output does not depend on the number of jobs. Exits with 3 if a \
-limit is broken or a loop locks up, with 2 if a scenario cannot be used (the others run), with 1 if one fails \
+Nothing is recorded and nothing is plotted. The output does not depend on the number of jobs; JUnit reports also \
+hold times. A scenario without limits is run and counts as skipped. Exits with 3 if a limit is broken or a loop locks up, with 2 if a scenario cannot be used (the others run), with 1 if one fails \
 while running.")]
 pub(crate) struct TestArgs {
     /// Scenario files, names of built-in scenarios, or folders (every *.toml file in them but parts)
@@ -45,45 +47,12 @@ pub(crate) struct TestArgs {
     print: PrintArgs,
 }
 
-/// What became of a scenario.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
-#[serde(rename_all = "snake_case")]
-pub(super) enum Verdict {
-    /// Every limit is kept.
-    Passed,
-    /// A limit is broken.
-    Broken,
-    /// A loop locked up.
-    LockedUp,
-    /// The scenario cannot be used.
-    Unusable,
-    /// It failed while running.
-    Failed,
-    /// The user stopped before its end.
-    Interrupted,
-}
-
-/// The result of one scenario.
-#[derive(Debug, Serialize)]
-pub(super) struct Tested {
-    /// The file, or the name that was given.
-    pub(super) scenario: String,
-    pub(super) verdict: Verdict,
-    pub(super) limits: Vec<LimitCheck>,
-    /// In words: which axis, when, how.
-    pub(super) lockup: Option<String>,
-    /// Why it cannot be used or failed.
-    pub(super) error: Option<String>,
-    /// The same for standard error.
-    #[serde(skip)]
-    told: Option<CliError>,
-}
-
 /// What `--format json` prints.
 #[derive(Debug, Serialize)]
 struct Suite<'a> {
     scenarios: &'a [Tested],
     passed: usize,
+    skipped: usize,
     broken: usize,
     locked_up: usize,
     unusable: usize,
@@ -116,6 +85,7 @@ pub(crate) fn run(args: &TestArgs) -> Result<Outcome, CliError> {
     let suite = Suite {
         scenarios: &results,
         passed: count(Verdict::Passed),
+        skipped: count(Verdict::Skipped),
         broken: count(Verdict::Broken),
         locked_up: count(Verdict::LockedUp),
         unusable: count(Verdict::Unusable),
@@ -209,7 +179,14 @@ fn in_parallel<T: Sync, R: Send>(items: &[T], threads: usize, work: impl Fn(&T) 
     done.into_iter().map(|(_, result)| result).collect()
 }
 
+/// Runs a scenario, and takes its time.
 fn tested(job: &Job, set: &[String], stop: &AtomicBool) -> Tested {
+    let start = Instant::now();
+    let result = judged(job, set, stop);
+    Tested { seconds: start.elapsed().as_secs_f64(), ..result }
+}
+
+fn judged(job: &Job, set: &[String], stop: &AtomicBool) -> Tested {
     let result = |verdict| Tested {
         scenario: printable(&job.label),
         verdict,
@@ -217,6 +194,7 @@ fn tested(job: &Job, set: &[String], stop: &AtomicBool) -> Tested {
         lockup: None,
         error: None,
         told: None,
+        seconds: 0.0,
     };
     if stop.load(Ordering::Relaxed) {
         return result(Verdict::Interrupted);
@@ -243,6 +221,7 @@ fn tested(job: &Job, set: &[String], stop: &AtomicBool) -> Tested {
         Ok(summary) => {
             let verdict = match (summary.locked_up, summary.passed()) {
                 (true, _) => Verdict::LockedUp,
+                (false, true) if summary.limits.is_empty() => Verdict::Skipped,
                 (false, true) => Verdict::Passed,
                 (false, false) => Verdict::Broken,
             };
@@ -267,12 +246,6 @@ fn broken(result: &Tested) -> Vec<String> {
     limits.chain(result.lockup.clone()).collect()
 }
 
-/// `27.027 of 30, 9.9 % to spare`
-pub(super) fn held(check: &LimitCheck) -> String {
-    let LimitCheck { value, limit, .. } = *check;
-    format!("{} of {}, {}", significant(value, 5), short(limit, 5), margin(value, limit))
-}
-
 fn table(suite: &Suite<'_>) -> String {
     let header = ["scenario", "limit", "", "value", "limit", "margin"].map(str::to_owned);
     let mut rows = vec![header];
@@ -291,7 +264,7 @@ fn table(suite: &Suite<'_>) -> String {
         match result.verdict {
             Verdict::Unusable => row(told("CANNOT BE USED")),
             Verdict::Failed => row(told("FAILED")),
-            _ if result.limits.is_empty() => row(told("no limits")),
+            Verdict::Skipped => row(told("skipped: no limits")),
             _ => {}
         }
         if let Some(lockup) = &result.lockup {
@@ -326,6 +299,7 @@ fn total(suite: &Suite<'_>) -> String {
     let count = suite.scenarios.len();
     let parts = [
         (suite.passed, "passed"),
+        (suite.skipped, "skipped, without limits"),
         (suite.broken, if suite.broken == 1 { "broke a limit" } else { "broke limits" }),
         (suite.locked_up, "locked up"),
         (suite.unusable, "cannot be used"),

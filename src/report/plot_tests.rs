@@ -60,6 +60,8 @@ fn regression_one_point_far_below_does_not_flatten_a_response() {
     let axis = AxisResponse {
         axis: "y".to_owned(),
         bandwidth_hz: None,
+        bandwidth_last_hz: None,
+        model_bandwidth_last_hz: None,
         model_bandwidth_hz: None,
         peak_db: 0.0,
         peak_hz: 1.0,

@@ -43,8 +43,10 @@ fn every_scenario_of_a_folder_is_held_to_its_limits() {
         .stdout(contains("\ns/b tight <&'\">.toml  contour_error_um  BROKEN  27.027     20  over by 35.1 %\n"))
         .stdout(contains("\n                      voltage_v         BROKEN  3.5111      3  over by 17.0 %\n"))
         .stdout(contains("\n                      axis y LOCKED UP: saturating since"))
-        .stdout(contains("\ns/d wrong.toml        CANNOT BE USED\ns/e none.toml         no limits\n"))
-        .stdout(ends_with("\n5 scenarios: 2 passed, 1 broke a limit, 1 locked up, 1 cannot be used\n"))
+        .stdout(contains("\ns/d wrong.toml        CANNOT BE USED\ns/e none.toml         skipped: no limits\n"))
+        .stdout(ends_with(
+            "\n5 scenarios: 1 passed, 1 skipped, without limits, 1 broke a limit, 1 locked up, 1 cannot be used\n",
+        ))
         .stderr(contains("--> s/d wrong.toml:").and(ends_with("error: 1 of 5 scenarios cannot be used\n")));
     // Nothing is recorded or plotted.
     assert!(!folder.path("output").exists());
@@ -83,7 +85,14 @@ fn the_output_does_not_depend_on_the_number_of_jobs() {
         let command = format!("test s alpha heart star --junit r{jobs}.xml --jobs {jobs}");
         let output = folder.servosim(&command).output().unwrap();
         let json = folder.servosim(&format!("test s alpha heart star --format json --jobs {jobs}")).output().unwrap();
-        let xml = fs::read(folder.path(&format!("r{jobs}.xml"))).unwrap();
+        // All but the times.
+        let xml = fs::read_to_string(folder.path(&format!("r{jobs}.xml"))).unwrap();
+        let xml: Vec<&str> = xml
+            .split(" time=\"")
+            .enumerate()
+            .map(|(i, piece)| if i == 0 { piece } else { piece.split_once('"').unwrap().1 })
+            .collect();
+        let xml = xml.concat();
         (output.status.code(), output.stdout, output.stderr, xml, json.stdout, json.stderr)
     };
     let one = run(1);
@@ -97,11 +106,12 @@ fn json_is_exactly_one_object() {
     let folder = suite();
     let output = folder.servosim("test s --format json").assert().code(2);
     let value: Value = serde_json::from_slice(&output.get_output().stdout).unwrap();
-    let counts = ["passed", "broken", "locked_up", "unusable", "failed"].map(|key| value[key].as_u64().unwrap());
-    assert_eq!(counts, [2, 1, 1, 1, 0]);
+    let counts =
+        ["passed", "skipped", "broken", "locked_up", "unusable", "failed"].map(|key| value[key].as_u64().unwrap());
+    assert_eq!(counts, [1, 1, 1, 1, 1, 0]);
     let scenarios = value["scenarios"].as_array().unwrap();
     let verdicts: Vec<&str> = scenarios.iter().map(|s| s["verdict"].as_str().unwrap()).collect();
-    assert_eq!(verdicts, ["passed", "broken", "locked_up", "unusable", "passed"]);
+    assert_eq!(verdicts, ["passed", "broken", "locked_up", "unusable", "skipped"]);
     assert_eq!(scenarios[1]["limits"][0]["name"], "contour_error_um");
     assert_eq!(scenarios[1]["limits"][0]["kept"], false);
     assert!(scenarios[2]["lockup"].as_str().unwrap().contains("axis y locked up"));
@@ -125,7 +135,8 @@ fn junit_has_a_case_for_every_limit_and_one_for_lock_up() {
     let mut reader = Reader::from_str(&xml);
     reader.config_mut().check_end_names = true;
     let (mut cases, mut problems) = (Vec::new(), Vec::new());
-    let mut totals = String::new();
+    let (mut totals, mut values) = (String::new(), Vec::new());
+    let (mut total_s, mut sum_s) = (0.0, 0.0);
     loop {
         let event = reader.read_event().unwrap();
         let (Event::Start(element) | Event::Empty(element)) = event else {
@@ -139,16 +150,26 @@ fn junit_has_a_case_for_every_limit_and_one_for_lock_up() {
             value.normalized_value(XmlVersion::Explicit1_0).unwrap().into_owned()
         };
         match element.name().as_ref() {
-            "testsuites" => totals = ["tests", "failures", "errors"].map(attribute).join(" "),
-            "testcase" => cases.push(format!("{}: {}", attribute("classname"), attribute("name"))),
-            kind @ ("failure" | "error") => {
+            "testsuites" => {
+                totals = ["tests", "failures", "errors", "skipped"].map(attribute).join(" ");
+                total_s = attribute("time").parse().unwrap();
+            }
+            "testcase" => {
+                cases.push(format!("{}: {}", attribute("classname"), attribute("name")));
+                sum_s += attribute("time").parse::<f64>().unwrap();
+            }
+            "property" => values.push(format!("{} {}", attribute("name"), attribute("value"))),
+            kind @ ("failure" | "error" | "skipped") => {
                 let kind = kind.to_owned();
                 problems.push(format!("{} {kind}: {}", cases.last().unwrap(), attribute("message")));
             }
             _ => {}
         }
     }
-    assert_eq!(totals, "15 4 1");
+    assert_eq!(totals, "16 4 1 1");
+    // Rounded to the microsecond each.
+    assert!(total_s > 0.0 && (total_s - sum_s) / total_s < 0.01 + 2e-5 / total_s, "{total_s} {sum_s}");
+    assert!(values[0].starts_with("value 27.02") && values[1] == "limit 30", "{values:?}");
     assert_eq!(
         cases[..9],
         [
@@ -163,6 +184,7 @@ fn junit_has_a_case_for_every_limit_and_one_for_lock_up() {
             "s/b tight <&'\">.toml: lock-up",
         ]
     );
+    assert_eq!(problems.last().unwrap(), "s/e none.toml: limits skipped: the scenario has no limits");
     assert_eq!(problems[0], "s/b tight <&'\">.toml: contour_error_um failure: 27.027 of 20, over by 35.1 %");
     assert_eq!(problems[1], "s/b tight <&'\">.toml: voltage_v failure: 3.5111 of 3, over by 17.0 %");
     assert!(problems.iter().any(|p| p.starts_with("s/c weak.toml: lock-up failure: axis y locked up")), "{problems:?}");
