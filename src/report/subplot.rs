@@ -379,6 +379,19 @@ impl Subplot {
         self.label(figure, text, colour, &places, None);
     }
 
+    /// A label on the whole subplot, where it hides least.
+    pub(super) fn note(&mut self, figure: &mut Figure, text: &str, colour: Colour) {
+        let Frame { left, right, top, bottom } = self.frame;
+        let places: Vec<(Px, Anchor)> = [top + 13.0, bottom - 13.0]
+            .into_iter()
+            .flat_map(|y| {
+                [(left + 10.0, Anchor::Left), (0.5 * (left + right), Anchor::Middle), (right - 10.0, Anchor::Right)]
+                    .map(|(x, anchor)| ((x, y), anchor))
+            })
+            .collect();
+        self.label(figure, text, colour, &places, None);
+    }
+
     /// A label beside a point: near it where nothing is drawn, else farther away with a thin line to it.
     pub(super) fn point_label(&mut self, figure: &mut Figure, at: Px, text: &str, colour: Colour) {
         let (x, y) = at;

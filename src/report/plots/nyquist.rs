@@ -10,7 +10,7 @@ use super::servo_loop::{Drawn, LABELLED, REFERENCE, THIN, entries, frequencies, 
 /// Real parts that are always in view: -1 with room around it, and the unit circle.
 const CORE: Range = Range { low: -2.2, high: 1.25 };
 /// Crossings of the real axis are in view down to this real part; those farther left are told of at the edge.
-const LEFTMOST: f64 = -3.2;
+const LEFTMOST: f64 = -3.5;
 /// Imaginary parts that are in view at least: the unit circle.
 const LEAST_HALF_HEIGHT: f64 = 1.12;
 

@@ -57,7 +57,10 @@ pub(in super::super) fn figure(runs: &[Named<'_>]) -> Figure {
     for path in &desired {
         subplot.curve(&mut figure, path.iter().copied(), DESIRED_STYLE);
     }
-    for ((run, samples), (large, _)) in runs.iter().zip(&samples).zip(&drawn) {
+    // Those that locked up below the others.
+    let mut order: Vec<_> = runs.iter().zip(&samples).zip(&drawn).collect();
+    order.sort_by_key(|((run, _), _)| !run.data.metadata().locked_up);
+    for ((run, samples), (large, _)) in order {
         let actual = samples.iter().map(|s| (s.actual_mm[0], s.actual_mm[1]));
         subplot.curve(&mut figure, actual, actual_line_style(runs, run));
         if times.is_some() {

@@ -81,17 +81,15 @@ fn steps(figure: &mut Figure, measured: &Steps, space: Frame) {
             let text = format!("settled in {} ms", significant(1e3 * settling_s, 3));
             subplot.point_label(figure, at, &text, colour);
         }
-        if let (None, Some(last)) = (axis.step.settling_s, axis.step_samples.last()) {
+        if !axis.stable {
+            subplot.note(figure, "does not settle: the loop is unstable", colour);
+        } else if let (None, Some(last)) = (axis.step.settling_s, axis.step_samples.last()) {
             let at = subplot.at(0.75e3 * end, last.actual_um);
-            let text = if axis.stable {
-                format!("rests {} µm off", significant(axis.step.rest_um.abs(), 3))
-            } else {
-                "does not settle: the loop is unstable".to_owned()
-            };
+            let text = format!("rests {} µm off", significant(axis.step.rest_um.abs(), 3));
             subplot.point_label(figure, at, &text, colour);
         }
         let top = axis.step_samples.iter().copied().reduce(|a, b| if b.actual_um > a.actual_um { b } else { a });
-        if let Some(top) = top.filter(|top| axis.step.overshoot_percent > 0.1 && top.time_s <= end) {
+        if let Some(top) = top.filter(|top| axis.stable && axis.step.overshoot_percent > 0.1 && top.time_s <= end) {
             let at = subplot.at(1e3 * top.time_s, top.actual_um);
             subplot.ring(figure, at, 4.0, 1.5, colour);
             let text = format!("overshoot {} %", significant(axis.step.overshoot_percent, 3));

@@ -59,9 +59,9 @@ pub(in super::super) fn contour(runs: &[Named<'_>]) -> Figure {
         subplot.level(&mut figure, *limit, LIMIT);
         subplot.level(&mut figure, -*limit, LIMIT);
     }
-    // Those off the scale below the others.
+    // Those that locked up below the others.
     let mut order: Vec<_> = runs.iter().zip(&samples).zip(&in_scale).collect();
-    order.sort_by_key(|(_, in_scale)| **in_scale);
+    order.sort_by_key(|((run, _), _)| !run.data.metadata().locked_up);
     let curves = order.iter().map(|((run, samples), _)| {
         let values = samples.iter().map(|s| (s.time_s, error(s)));
         (values, run.line_style(CURVE_PX))
@@ -125,9 +125,19 @@ pub(in super::super) fn voltage(runs: &[Named<'_>]) -> Figure {
         head.legend.extend(runs.iter().map(entry));
     }
     let scales: Vec<_> = (0..axes(runs)).map(|axis| voltage_scale(runs, &samples, axis)).collect();
-    let mut beyond: Vec<(f64, bool)> = scales.iter().flat_map(|(_, limits)| limits.iter().copied()).collect();
-    beyond.dedup();
-    head.legend.extend(off_scale(&beyond, "saturation ±", "V"));
+    let hidden = |axis: usize, limit: f64| scales[axis].1.contains(&(limit, false));
+    let mut told: Vec<f64> = Vec::new();
+    for limit in scales.iter().flat_map(|(_, limits)| limits).filter(|(_, in_view)| !in_view).map(|(limit, _)| *limit) {
+        if told.contains(&limit) {
+            continue;
+        }
+        told.push(limit);
+        // Of which axes, where others show it.
+        let of: Vec<String> =
+            (0..scales.len()).filter(|axis| hidden(*axis, limit)).map(|axis| axis_name(axis).to_uppercase()).collect();
+        let of = if of.len() < scales.len() { format!("{} ", of.join(", ")) } else { String::new() };
+        head.legend.extend(off_scale(&[(limit, false)], &format!("{of}saturation ±"), "V"));
+    }
     let space = head.draw(&mut figure);
 
     let (last, height) = (scales.len() - 1, subplot_height(&space, scales.len(), GAP));
