@@ -1,7 +1,7 @@
 //! What a program is run on.
 
 use super::ProgramError;
-use crate::parameters::OutOfRange;
+use crate::parameters::{Parameter, Parameters, Range, parameters};
 use crate::servo::{AxisParameters, LoopSettings};
 use crate::simulation::SimulationError;
 
@@ -30,6 +30,51 @@ pub struct Machine {
     pub junction_accel_step_mm_s2: f64,
 }
 
+/// Range of the machine's limits.
+const LIMIT: Range = Range::closed(1e-6, 1e9);
+
+/// Limit of the acceleration along the path.
+const ACCEL: Parameter =
+    Parameter::new("machine.accel_mm_s2", "mm/s²", LIMIT, "Largest acceleration along the path and across it")
+        .logarithmic(100.0, 50_000.0)
+        .hint("give the acceleration in mm/s², such as 2000");
+
+parameters!(
+    "Limits of the machine's motion",
+    Machine {
+        rapid_mm_s: Parameter::new("machine.rapid_mm_s", "mm/s", LIMIT, "Rapid feed")
+            .logarithmic(10.0, 2000.0)
+            .hint("give the rapid feed in mm/s, such as 200"),
+        accel_mm_s2: ACCEL,
+        jerk_mm_s3: Parameter::new(
+            "machine.jerk_mm_s3",
+            "mm/s³",
+            LIMIT,
+            "Largest jerk along the path, and across it at constant feed",
+        )
+        .logarithmic(1000.0, 5e6)
+        .hint("give the jerk in mm/s³, such as 50000"),
+        corner_velocity_step_mm_s: Parameter::new(
+            "machine.corner_velocity_step_mm_s",
+            "mm/s",
+            Range::NOT_NEGATIVE,
+            "Largest step of the velocity where two blocks meet at an angle; 0: the tool stops there",
+        )
+        .or(1.0)
+        .linear(0.0, 20.0)
+        .hint("give the step of the velocity in mm/s, such as 1"),
+        junction_accel_step_mm_s2: Parameter::new(
+            "machine.junction_accel_step_mm_s2",
+            "mm/s²",
+            LIMIT,
+            "Largest step of the acceleration where the curvature jumps, such as from a line into its tangent arc",
+        )
+        .otherwise("the jerk limit times the control period")
+        .logarithmic(1.0, 5000.0)
+        .hint("give the step of the acceleration in mm/s², such as 50"),
+    }
+);
+
 impl Machine {
     /// Whether every parameter is in range.
     ///
@@ -40,25 +85,9 @@ impl Machine {
         for axis in &self.axes {
             axis.check().map_err(SimulationError::from)?;
         }
-        for (name, value) in [
-            ("rapid_mm_s", self.rapid_mm_s),
-            ("accel_mm_s2", self.accel_mm_s2),
-            ("jerk_mm_s3", self.jerk_mm_s3),
-            ("lateral_accel_mm_s2", self.lateral_accel_mm_s2),
-            ("junction_accel_step_mm_s2", self.junction_accel_step_mm_s2),
-        ] {
-            if !(1e-6..=1e9).contains(&value) {
-                return Err(ProgramError::Machine(OutOfRange::new(name, value, "between 1e-6 and 1e9")));
-            }
-        }
-        let value = self.corner_velocity_step_mm_s;
-        if !(0.0..=1e9).contains(&value) {
-            return Err(ProgramError::Machine(OutOfRange::new(
-                "corner_velocity_step_mm_s",
-                value,
-                "between 0 and 1e9",
-            )));
-        }
+        self.check_ranges().map_err(ProgramError::Machine)?;
+        let lateral = ACCEL.at("machine.lateral_accel_mm_s2");
+        lateral.check(self.lateral_accel_mm_s2).map_err(ProgramError::Machine)?;
         Ok(())
     }
 }

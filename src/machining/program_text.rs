@@ -1,5 +1,6 @@
 //! A tool path as a program.
 
+use crate::parameters::{Parameter, Range, parameters};
 use nalgebra::Vector3;
 
 use crate::nc::{Action, Block, Nurbs, Program};
@@ -14,6 +15,24 @@ pub struct Feeds {
     /// Straight down.
     pub plunge_mm_min: f64,
 }
+
+parameters!(
+    "Feeds",
+    Feeds {
+        cut_mm_min: Parameter::new("feed.cut_mm_min", "mm/min", Range::above(0.0, 1e6), "Feed along the cut")
+            .logarithmic(100.0, 20_000.0)
+            .hint("give the feed in mm/min, such as 3000"),
+        plunge_mm_min: Parameter::new(
+            "feed.plunge_mm_min",
+            "mm/min",
+            Range::above(0.0, 1e6),
+            "Feed down into the part"
+        )
+        .otherwise("a third of the feed along the cut")
+        .logarithmic(50.0, 10_000.0)
+        .hint("give the feed in mm/min, such as 1000"),
+    }
+);
 
 /// What the motions on the surface are written as.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]

@@ -8,13 +8,14 @@ use toml::Spanned;
 
 use super::check::{self, Problems};
 use super::diagnostics::{Diagnostic, brief};
-use super::part::{Folder, Part, PartLimits};
+use super::number_table::{NumberTable, out_of_range};
+use super::part::{Folder, Part};
 use super::part_file::{
-    RawBlocks, RawCutter, RawDialect, RawFit, RawLinking, RawMachine, RawMesh, RawOrder, RawPart, RawPartLimits,
-    RawStepOver, RawSurface, RawToolpath, RawUnreachable,
+    RawBlocks, RawCutter, RawDialect, RawFit, RawLinking, RawMesh, RawOrder, RawPart, RawStepOver, RawSurface,
+    RawToolpath, RawUnreachable,
 };
+use super::part_limits::FileLimits;
 use super::{check_contour, check_drive, check_surface};
-use crate::limits::Limits;
 use crate::machining::{Blocks, Feeds, Machine};
 use crate::nc::{Dialect, MAX_DECIMALS};
 use crate::path::NurbsSurface;
@@ -31,9 +32,6 @@ const CLEARANCE_MM: f64 = 5.0;
 
 /// Least scallop height and path tolerance: ten nanometres \[mm\].
 const LEAST_MM: f64 = 1e-5;
-
-/// Step of the velocity at a corner where the file gives none \[mm/s\].
-const CORNER_VELOCITY_STEP_MM_S: f64 = 1.0;
 
 /// A number of a file that has to be positive, at most 1e6.
 fn positive(name: &str, raw: &Spanned<f64>, help: &str, problems: &mut Problems) -> f64 {
@@ -212,48 +210,29 @@ fn options(raw: &RawToolpath, cutter: Option<Cutter>, problems: &mut Problems) -
     options
 }
 
-fn machine(raw: &RawMachine, axes: [AxisParameters; 3], settings: LoopSettings, problems: &mut Problems) -> Machine {
-    let mut number = |name, raw: &Spanned<f64>, help| positive(name, raw, help, problems);
-    let accel_mm_s2 = number("accel_mm_s2", &raw.accel_mm_s2, "give the acceleration in mm/s², such as 2000");
-    let jerk_mm_s3 = number("jerk_mm_s3", &raw.jerk_mm_s3, "give the jerk in mm/s³, such as 50000");
-    Machine {
+fn machine(
+    raw: &NumberTable<Machine>,
+    axes: [AxisParameters; 3],
+    settings: LoopSettings,
+    problems: &mut Problems,
+) -> Machine {
+    let mut machine = Machine {
         axes,
         settings,
-        rapid_mm_s: number("rapid_mm_s", &raw.rapid_mm_s, "give the rapid feed in mm/s, such as 200"),
-        accel_mm_s2,
-        jerk_mm_s3,
-        lateral_accel_mm_s2: accel_mm_s2,
-        corner_velocity_step_mm_s: raw.corner_velocity_step_mm_s.as_ref().map_or(CORNER_VELOCITY_STEP_MM_S, |given| {
-            number("corner_velocity_step_mm_s", given, "give the step of the velocity in mm/s, such as 1")
-        }),
-        junction_accel_step_mm_s2: raw.junction_accel_step_mm_s2.as_ref().map_or(
-            // The jerk limit over one period; of values that are refused anyway, what is in range.
-            (jerk_mm_s3 * settings.period_s).clamp(1e-6, 1e9),
-            |given| {
-                number("junction_accel_step_mm_s2", given, "give the step of the acceleration in mm/s², such as 50")
-            },
-        ),
+        rapid_mm_s: 0.0,
+        accel_mm_s2: 0.0,
+        jerk_mm_s3: 0.0,
+        lateral_accel_mm_s2: 0.0,
+        corner_velocity_step_mm_s: 0.0,
+        junction_accel_step_mm_s2: 0.0,
+    };
+    raw.fill(&mut machine, |error, span| problems.push(out_of_range("", error, span, "")));
+    machine.lateral_accel_mm_s2 = machine.accel_mm_s2;
+    if raw.span("junction_accel_step_mm_s2").is_none() {
+        // The jerk limit over one period; of values that are refused anyway, what is in range.
+        machine.junction_accel_step_mm_s2 = (machine.jerk_mm_s3 * settings.period_s).clamp(1e-6, 1e9);
     }
-}
-
-/// The limits of a run of the program, and those of the part.
-fn limits(raw: &RawPartLimits, problems: &mut Problems) -> (Limits, PartLimits) {
-    let mut check = |name: &str, raw: &Option<Spanned<f64>>| {
-        raw.as_ref().map(|raw| positive(name, raw, "remove the line if this is not to be checked", problems))
-    };
-    let run = Limits {
-        contour_error_um: check("contour_error_um", &raw.contour_error_um),
-        tracking_error_um: check("tracking_error_um", &raw.tracking_error_um),
-        voltage_v: check("voltage_v", &raw.voltage_v),
-        ..Limits::default()
-    };
-    let part = PartLimits {
-        nominal_scallop_um: check("nominal_scallop_um", &raw.nominal_scallop_um),
-        nominal_gouge_um: check("nominal_gouge_um", &raw.nominal_gouge_um),
-        as_cut_scallop_um: check("as_cut_scallop_um", &raw.as_cut_scallop_um),
-        as_cut_gouge_um: check("as_cut_gouge_um", &raw.as_cut_gouge_um),
-    };
-    (run, part)
+    machine
 }
 
 /// The checked part, or all its problems. `default_name` is its name where the file gives none.
@@ -262,11 +241,11 @@ pub(super) fn part(raw: &RawPart, default_name: &str, source: &str, folder: &Fol
     let name = check::name(raw.name.as_ref(), default_name, &mut problems);
     let cutter = cutter(&raw.cutter, &mut problems);
     let mut options = options(&raw.toolpath, cutter, &mut problems);
-    let cut_mm_min =
-        positive("cut_mm_min", &raw.feed.cut_mm_min, "give the feed in mm/min, such as 3000", &mut problems);
-    let plunge_mm_min = raw.feed.plunge_mm_min.as_ref().map_or(cut_mm_min / 3.0, |given| {
-        positive("plunge_mm_min", given, "give the feed in mm/min, such as 1000", &mut problems)
-    });
+    let mut feeds = Feeds { cut_mm_min: 0.0, plunge_mm_min: 0.0 };
+    raw.feed.fill(&mut feeds, |error, span| problems.push(out_of_range("", error, span, "")));
+    if raw.feed.span("plunge_mm_min").is_none() {
+        feeds.plunge_mm_min = feeds.cut_mm_min / 3.0;
+    }
     let decimals = raw.program.decimals.as_ref().map(|given| {
         let decimals = whole("decimals", given, 0..=i64::from(MAX_DECIMALS), &mut problems);
         u8::try_from(decimals).unwrap_or(MAX_DECIMALS)
@@ -308,7 +287,8 @@ pub(super) fn part(raw: &RawPart, default_name: &str, source: &str, folder: &Fol
     let coupling = raw.control.cross_coupling.as_ref();
     let cross_coupling = coupling.and_then(|raw| check_drive::cross_coupling(raw, &mut problems));
     let machine = machine(&raw.machine, axes, settings, &mut problems);
-    let (limits, part_limits) = limits(&raw.limits, &mut problems);
+    let mut limits = FileLimits::default();
+    raw.limits.fill(&mut limits, |error, span| problems.push(out_of_range("", error, span, "")));
     let cell_mm = raw.check.cell_mm.as_ref().map_or_else(
         || cutter.map_or(1.0, |cutter| cutter.radius_mm()) / 50.0,
         |given| positive("cell_mm", given, "give the size of a cell in millimetres, such as 0.1", &mut problems),
@@ -335,7 +315,7 @@ pub(super) fn part(raw: &RawPart, default_name: &str, source: &str, folder: &Fol
         region,
         cutter,
         options,
-        feeds: Feeds { cut_mm_min, plunge_mm_min },
+        feeds,
         blocks,
         dialect,
         decimals,
@@ -343,8 +323,8 @@ pub(super) fn part(raw: &RawPart, default_name: &str, source: &str, folder: &Fol
         drives,
         cross_coupling,
         cell_mm,
-        limits,
-        part_limits,
+        limits: limits.run,
+        part_limits: limits.part,
         source: source.to_owned(),
     })
 }

@@ -6,6 +6,7 @@ use std::io::{self, Read};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
+use super::part_limits::PartLimits;
 use super::{Document, ScenarioError};
 use crate::limits::Limits;
 use crate::machining::{Blocks, Feeds, Machine};
@@ -51,19 +52,6 @@ pub struct Part {
     pub part_limits: PartLimits,
     /// The text that all this comes from, overrides applied.
     pub source: String,
-}
-
-/// Limits that a machined part is held to; a missing one is not checked.
-#[derive(Debug, Clone, Copy, PartialEq, Default)]
-pub struct PartLimits {
-    /// Largest excess of the part as the program has it \[µm\].
-    pub nominal_scallop_um: Option<f64>,
-    /// Its deepest gouge \[µm\].
-    pub nominal_gouge_um: Option<f64>,
-    /// Largest excess of the part as the machine cuts it \[µm\].
-    pub as_cut_scallop_um: Option<f64>,
-    /// Its deepest gouge \[µm\].
-    pub as_cut_gouge_um: Option<f64>,
 }
 
 impl fmt::Debug for Part {

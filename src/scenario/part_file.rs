@@ -6,8 +6,11 @@ use serde_json::Value;
 use toml::Spanned;
 
 use super::file::{RawAxis, RawControl, schema_of};
+use super::number_table::NumberTable;
 use super::numbers::{RawPoint, RawPoint3};
+use super::part_limits::FileLimits;
 use super::registry::describe_all;
+use crate::machining::{Feeds, Machine};
 use crate::parameters::AXIS_NAMES;
 
 /// A part to be machined on three axes: a surface, a cutter, how the tool path is made, and the machine that cuts it.
@@ -35,12 +38,12 @@ pub(super) struct RawPart {
     /// How the tool path is planned.
     pub(super) toolpath: RawToolpath,
     /// Feeds.
-    pub(super) feed: RawFeed,
+    pub(super) feed: NumberTable<Feeds>,
     /// The NC program.
     #[serde(default)]
     pub(super) program: RawProgram,
     /// Limits of the machine's motion.
-    pub(super) machine: RawMachine,
+    pub(super) machine: NumberTable<Machine>,
     /// How the servo loops are sampled.
     #[serde(default)]
     pub(super) control: RawControl,
@@ -51,7 +54,7 @@ pub(super) struct RawPart {
     pub(super) check: RawCheck,
     /// Limits of the part.
     #[serde(default)]
-    pub(super) limits: RawPartLimits,
+    pub(super) limits: NumberTable<FileLimits>,
 }
 
 /// The design surface.
@@ -313,18 +316,6 @@ pub(super) enum RawUnreachable {
     Leave,
 }
 
-/// Feeds.
-#[derive(Debug, Deserialize, JsonSchema)]
-#[serde(deny_unknown_fields)]
-pub(super) struct RawFeed {
-    /// Feed along the cut, in mm/min.
-    #[schemars(with = "f64", extend("exclusiveMinimum" = 0))]
-    pub(super) cut_mm_min: Spanned<f64>,
-    /// Feed down into the part, in mm/min. Default: a third of the feed along the cut.
-    #[schemars(with = "Option<f64>", extend("exclusiveMinimum" = 0))]
-    pub(super) plunge_mm_min: Option<Spanned<f64>>,
-}
-
 /// The NC program.
 #[derive(Debug, Default, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
@@ -360,28 +351,6 @@ pub(super) enum RawBlocks {
     Straight,
 }
 
-/// Limits of the machine's motion.
-#[derive(Debug, Deserialize, JsonSchema)]
-#[serde(deny_unknown_fields)]
-pub(super) struct RawMachine {
-    /// Rapid feed, in mm/s.
-    #[schemars(with = "f64", extend("exclusiveMinimum" = 0))]
-    pub(super) rapid_mm_s: Spanned<f64>,
-    /// Largest acceleration along the path and across it, in mm/s².
-    #[schemars(with = "f64", extend("exclusiveMinimum" = 0))]
-    pub(super) accel_mm_s2: Spanned<f64>,
-    /// Largest jerk along the path, and across it at constant feed, in mm/s³.
-    #[schemars(with = "f64", extend("exclusiveMinimum" = 0))]
-    pub(super) jerk_mm_s3: Spanned<f64>,
-    /// Largest step of the velocity where two blocks meet at an angle, in mm/s. Default: 1.
-    #[schemars(with = "Option<f64>", extend("exclusiveMinimum" = 0))]
-    pub(super) corner_velocity_step_mm_s: Option<Spanned<f64>>,
-    /// Largest step of the acceleration where the curvature jumps, such as from a line into its tangent arc, in mm/s². Default: the
-    /// jerk limit times the control period.
-    #[schemars(with = "Option<f64>", extend("exclusiveMinimum" = 0))]
-    pub(super) junction_accel_step_mm_s2: Option<Spanned<f64>>,
-}
-
 /// The three axes.
 #[derive(Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
@@ -404,33 +373,6 @@ pub(super) struct RawCheck {
     /// Size of a cell of the height field, in mm. Default: a fiftieth of the cutter radius.
     #[schemars(with = "Option<f64>", extend("exclusiveMinimum" = 0))]
     pub(super) cell_mm: Option<Spanned<f64>>,
-}
-
-/// Limits of the part; a missing one is not checked.
-#[derive(Debug, Default, Deserialize, JsonSchema)]
-#[serde(deny_unknown_fields)]
-pub(super) struct RawPartLimits {
-    /// Largest excess of the nominal part over the surface, in µm.
-    #[schemars(with = "Option<f64>", extend("exclusiveMinimum" = 0))]
-    pub(super) nominal_scallop_um: Option<Spanned<f64>>,
-    /// Deepest gouge of the nominal part, in µm.
-    #[schemars(with = "Option<f64>", extend("exclusiveMinimum" = 0))]
-    pub(super) nominal_gouge_um: Option<Spanned<f64>>,
-    /// Largest excess of the part as this machine cuts it, in µm.
-    #[schemars(with = "Option<f64>", extend("exclusiveMinimum" = 0))]
-    pub(super) as_cut_scallop_um: Option<Spanned<f64>>,
-    /// Deepest gouge of the part as this machine cuts it, in µm.
-    #[schemars(with = "Option<f64>", extend("exclusiveMinimum" = 0))]
-    pub(super) as_cut_gouge_um: Option<Spanned<f64>>,
-    /// Largest contouring error, in µm.
-    #[schemars(with = "Option<f64>", extend("exclusiveMinimum" = 0))]
-    pub(super) contour_error_um: Option<Spanned<f64>>,
-    /// Largest distance to the setpoint, in µm.
-    #[schemars(with = "Option<f64>", extend("exclusiveMinimum" = 0))]
-    pub(super) tracking_error_um: Option<Spanned<f64>>,
-    /// Largest voltage of any axis, in V.
-    #[schemars(with = "Option<f64>", extend("exclusiveMinimum" = 0))]
-    pub(super) voltage_v: Option<Spanned<f64>>,
 }
 
 /// The JSON schema of the file.
