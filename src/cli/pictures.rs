@@ -29,7 +29,7 @@ pub(crate) fn of_path(
                 (MoveKind::Ring(u32::try_from(*level).unwrap_or(u32::MAX)), drawn(stretch, curves))
             }
             Move::Link(stretch) => (MoveKind::Link, drawn(stretch, curves)),
-            _ => (MoveKind::Air, at.into_iter().chain([end]).collect()),
+            _ => (MoveKind::Rapid, at.into_iter().chain([end]).collect()),
         };
         moves.push(PathMove { kind, points_mm });
         at = Some(end);

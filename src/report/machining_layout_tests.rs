@@ -54,7 +54,7 @@ fn figures() -> Vec<(String, Figure)> {
         let picture = PathPicture {
             name: "part".to_owned(),
             caption: "caption".to_owned(),
-            moves: vec![part(MoveKind::Air), part(MoveKind::Ring(0)), part(MoveKind::Link), part(MoveKind::Ring(3))],
+            moves: vec![part(MoveKind::Rapid), part(MoveKind::Ring(0)), part(MoveKind::Link), part(MoveKind::Ring(3))],
             borders_mm: vec![],
         };
         figures.push((format!("rings {size:?}"), rings::figure(&picture)));

@@ -41,8 +41,8 @@ pub enum MoveKind {
     Ring(u32),
     /// Cutting on the way from one ring to the next.
     Link,
-    /// Through the air.
-    Air,
+    /// Rapid motion: retract, positioning, plunge to the surface.
+    Rapid,
 }
 
 /// One move of a tool path.

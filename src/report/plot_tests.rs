@@ -197,11 +197,9 @@ fn regression_an_unstable_step_response_diverges_and_does_not_cycle() {
     assert!(says(&figure, "X: unstable"));
     let said = texts(&figure).iter().filter(|text| text.starts_with("diverges, leaves the plot after")).count();
     assert_eq!(said, 2, "{:?}", texts(&figure));
-    // It leaves once and does not come back: nowhere is it drawn at both ends of its subplot.
-    for points in lines(&figure, RUN_COLOURS[0]) {
-        let turns = points.windows(3).filter(|p| (p[1].1 - p[0].1) * (p[2].1 - p[1].1) < 0.0).count();
-        assert!(turns <= 2, "{points:?}");
-    }
+    // It leaves once and does not come back: the way out is short beside the settling of Y.
+    let farthest = lines(&figure, RUN_COLOURS[0]).flatten().map(|p| p.0).fold(0.0, f64::max);
+    assert!(farthest < 400.0, "{farthest}");
     assert!(says(&figure, "settled in"));
 }
 
@@ -290,14 +288,14 @@ fn regression_a_long_run_is_no_solid_bar() {
 fn regression_legends_list_only_the_moves_that_are_drawn() {
     let part = |kind, points_mm: &[[f64; 3]]| PathMove { kind, points_mm: points_mm.to_vec() };
     let ring = part(MoveKind::Ring(0), &[[0.0, 0.0, 0.0], [9.0, 0.0, 0.0], [9.0, 9.0, 1.0]]);
-    let plunge = part(MoveKind::Air, &[[0.0, 0.0, 5.0], [0.0, 0.0, 0.0]]);
+    let plunge = part(MoveKind::Rapid, &[[0.0, 0.0, 5.0], [0.0, 0.0, 0.0]]);
     let picture = |moves| PathPicture { moves, ..PathPicture::default() };
     let plunged = picture(vec![plunge, ring.clone()]);
     // From above a plunge is a point, from the side it is a line.
     assert!(!says(&rings::figure(&plunged), "rapid moves") && says(&path_3d::figure(&plunged), "rapid moves"));
     assert!(!says(&rings::figure(&plunged), "from ring to ring"));
     assert!(says(&rings::figure(&picture(vec![ring])), "start"));
-    let nothing = picture(vec![part(MoveKind::Air, &[]), part(MoveKind::Link, &[[1.0; 3]])]);
+    let nothing = picture(vec![part(MoveKind::Rapid, &[]), part(MoveKind::Link, &[[1.0; 3]])]);
     assert!(!says(&rings::figure(&nothing), "rapid moves") && !says(&rings::figure(&nothing), "from ring to ring"));
     assert!(!says(&rings::figure(&picture(Vec::new())), "start"));
 

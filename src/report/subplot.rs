@@ -1,7 +1,7 @@
 //! Subplots: a frame with two axes, grid, curves and labels that keep out of each other's way; and the heading above them.
 
 use super::axis::{Axis, Range};
-use super::curve::{Frame, Px, length};
+use super::curve::{Frame, Px, length, thinned};
 use super::envelope::{Stretch, stretches};
 use super::figure::{Figure, HEIGHT_PX, WIDTH_PX};
 use super::font;
@@ -257,17 +257,20 @@ impl Subplot {
         line_style: LineStyle,
     ) {
         let points: Vec<Px> = values.into_iter().map(|(x, y)| self.at(x, y)).collect();
-        self.px_curve(figure, points, line_style);
+        self.px_curve(figure, &points, line_style);
     }
 
-    fn px_curve(&mut self, figure: &mut Figure, points: Vec<Px>, line_style: LineStyle) {
-        if let [at] = points.as_slice() {
+    fn px_curve(&mut self, figure: &mut Figure, points: &[Px], line_style: LineStyle) {
+        if let [at] = points {
             if self.holds(*at) {
                 figure.dot(*at, 3.0, line_style.colour);
             }
             return;
         }
-        figure.curve(&points, &self.frame, line_style);
+        let points = thinned(points);
+        for piece in self.frame.clipped(&points) {
+            figure.line(&piece, line_style);
+        }
         self.keep_clear(points);
     }
 
@@ -296,7 +299,7 @@ impl Subplot {
             }
         }
         for (points, line_style) in lines {
-            self.px_curve(figure, points, line_style);
+            self.px_curve(figure, &points, line_style);
         }
     }
 

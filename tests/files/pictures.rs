@@ -35,11 +35,11 @@ fn path() -> PathPicture {
         match last {
             Some(end) if ring % 14 != 13 => moves.push(PathMove { kind: MoveKind::Link, points_mm: vec![end, start] }),
             Some(end) => moves.push(PathMove {
-                kind: MoveKind::Air,
+                kind: MoveKind::Rapid,
                 points_mm: vec![end, [end[0], end[1], 20.0], [start[0], start[1], 20.0], start],
             }),
             None => moves.push(PathMove {
-                kind: MoveKind::Air,
+                kind: MoveKind::Rapid,
                 points_mm: vec![[0.0, 0.0, 20.0], [start[0], start[1], 20.0], start],
             }),
         }
@@ -47,7 +47,7 @@ fn path() -> PathPicture {
         moves.push(PathMove { kind: MoveKind::Ring(ring), points_mm: points });
     }
     let end = last.unwrap();
-    moves.push(PathMove { kind: MoveKind::Air, points_mm: vec![end, [end[0], end[1], 20.0]] });
+    moves.push(PathMove { kind: MoveKind::Rapid, points_mm: vec![end, [end[0], end[1], 20.0]] });
     let border = vec![[0.0, 0.0], [80.0, 0.0], [80.0, 80.0], [0.0, 80.0]];
     PathPicture {
         name: "patch".to_owned(),
@@ -353,7 +353,7 @@ fn no_input_breaks_a_picture() {
                 caption: "<".to_owned(),
                 moves: vec![
                     line(MoveKind::Ring(u32::MAX), vec![[value, other, 0.0], [0.0, value, other]]),
-                    line(MoveKind::Air, vec![[other; 3]]),
+                    line(MoveKind::Rapid, vec![[other; 3]]),
                     line(MoveKind::Link, vec![]),
                 ],
                 borders_mm: vec![vec![[value, other]], vec![]],

@@ -180,11 +180,12 @@ fn unrolled(figure: &mut Figure, test: &CircleTest, space: &Frame) {
     let mut subplot = Subplot::new(frame, x, y);
     subplot.grid(figure);
     subplot.level(figure, 0.0, NOMINAL);
-    for (direction, line_style) in line_styles(test) {
+    let curves = line_styles(test).map(|(direction, line_style)| {
         let mut trace = direction.trace.clone();
         trace.sort_by(|a, b| a.angle_deg.total_cmp(&b.angle_deg));
-        subplot.curve(figure, trace.iter().map(|r| (r.angle_deg, r.deviation_um)), line_style);
-    }
+        (trace.into_iter().map(|r| (r.angle_deg, r.deviation_um)), line_style)
+    });
+    subplot.time_curves(figure, curves);
     subplot.border(figure, true, true);
     subplot.x_title(figure, "angle from +X", "°");
     subplot.y_title(figure, gutter, "radial deviation", "µm");

@@ -9,7 +9,7 @@ use super::super::part_data::{MoveKind, PathPicture};
 use super::super::style::{BORDER, GRID, LineStyle};
 use super::super::subplot::{Entry, Heading};
 use super::named_run::{Named, heading as run_heading, in_scale, off_scale_text, samples};
-use super::rings::{AIR, LINK_TEXT, ends, heading, mark_ends, places};
+use super::rings::{LINK_TEXT, RAPID, ends, heading, mark_ends, places};
 use super::sweep::colour::{ROOM_PX, Scale};
 use super::time::LEAST_ERROR_UM;
 use super::words::capital;
@@ -102,16 +102,16 @@ pub(in super::super) fn figure(picture: &PathPicture) -> Figure {
     // Here every cutting move has the colour of its height.
     head.legend.retain(|entry| entry.text != LINK_TEXT);
     let (view, frame) = stage(&mut figure, head, ranges, ROOM_PX);
-    let heights = picture.moves.iter().filter(|m| m.kind != MoveKind::Air).flat_map(places).map(|p| p[2]);
+    let heights = picture.moves.iter().filter(|m| m.kind != MoveKind::Rapid).flat_map(places).map(|p| p[2]);
     let cut = Range::of(heights);
     let (scale, bar) = scale_of(cut, &frame);
-    for part in picture.moves.iter().filter(|m| m.kind != MoveKind::Air) {
+    for part in picture.moves.iter().filter(|m| m.kind != MoveKind::Rapid) {
         let line: Vec<_> = places(part).map(|p| (p, p[2])).collect();
         coloured(&mut figure, &view, &frame, &scale, &line);
     }
-    for part in picture.moves.iter().filter(|m| m.kind == MoveKind::Air) {
+    for part in picture.moves.iter().filter(|m| m.kind == MoveKind::Rapid) {
         let line: Vec<Px> = places(part).map(|p| view.at(p)).collect();
-        figure.curve(&line, &frame, AIR);
+        figure.curve(&line, &frame, RAPID);
     }
     if let Some(ends) = ends(picture) {
         mark_ends(&mut figure, ends.map(|p| view.at(p)));
@@ -147,7 +147,7 @@ pub(in super::super) fn of_runs(runs: &[Named<'_>]) -> Figure {
         Range::of(places)
     });
     if samples.iter().flatten().any(|sample| sample.rapid) {
-        head.legend.push(Entry::line(AIR, "rapid motion"));
+        head.legend.push(Entry::line(RAPID, "rapid motion"));
     }
     let (view, frame) = stage(&mut figure, head, ranges, if runs.len() == 1 { ROOM_PX } else { 0.0 });
     let (scale, bar) = scale_of(errors.opened(LEAST_ERROR_UM), &frame);
@@ -158,7 +158,7 @@ pub(in super::super) fn of_runs(runs: &[Named<'_>]) -> Figure {
             let line = || before.into_iter().chain(part.iter());
             let px = || line().map(|sample| view.at(sample.actual_mm)).collect::<Vec<Px>>();
             if part.first().is_some_and(|sample| sample.rapid) {
-                figure.curve(&px(), &frame, AIR);
+                figure.curve(&px(), &frame, RAPID);
             } else if runs.len() == 1 {
                 let line: Vec<_> = line().map(|s| (s.actual_mm, s.contour_error_um.abs())).collect();
                 coloured(&mut figure, &view, &frame, &scale, &line);

@@ -11,7 +11,7 @@ use super::path::{arrows, equal_scale};
 use super::sweep::colour::{ROOM_PX, Scale};
 use super::words::{capital, printable};
 
-pub(super) const AIR: LineStyle = LineStyle { colour: VERMILLION, width_px: 1.0, dash: Some(Dash::new(5.0, 4.0)) };
+pub(super) const RAPID: LineStyle = LineStyle { colour: VERMILLION, width_px: 1.0, dash: Some(Dash::new(5.0, 4.0)) };
 const LINK: LineStyle = LineStyle { colour: INK, width_px: 1.6, dash: None };
 pub(super) const LINK_TEXT: &str = "from ring to ring, cutting";
 const BORDER: LineStyle = LineStyle { colour: MUTED, width_px: 2.4, dash: None };
@@ -23,7 +23,7 @@ pub(super) fn heading(picture: &PathPicture, what: &str, is_drawn: impl Fn(&Path
     let has = |wanted: fn(MoveKind) -> bool| picture.moves.iter().any(|m| wanted(m.kind) && is_drawn(m));
     let mut legend = Vec::new();
     legend.extend(has(|kind| kind == MoveKind::Link).then(|| Entry::line(LINK, LINK_TEXT)));
-    legend.extend(has(|kind| kind == MoveKind::Air).then(|| Entry::line(AIR, "rapid moves")));
+    legend.extend(has(|kind| kind == MoveKind::Rapid).then(|| Entry::line(RAPID, "rapid moves")));
     if ends(picture).is_some() {
         legend.push(Entry { symbol: Symbol::Ring(INK), text: "start".to_owned() });
         legend.push(Entry { symbol: Symbol::Ring(VERMILLION), text: "end".to_owned() });
@@ -110,7 +110,7 @@ pub(in super::super) fn figure(picture: &PathPicture) -> Figure {
             let line_style = match (rank, part.kind) {
                 (0, MoveKind::Ring(depth)) => LineStyle::solid(scale.colour_of(f64::from(depth)), 1.3),
                 (1, MoveKind::Link) => LINK,
-                (2, MoveKind::Air) => AIR,
+                (2, MoveKind::Rapid) => RAPID,
                 _ => continue,
             };
             let line: Vec<(f64, f64)> = places(part).map(|p| (p[0], p[1])).collect();
