@@ -28,7 +28,7 @@
 
 mod spectrum;
 
-use crate::parameters::{AXIS_NAMES, OutOfRange};
+use crate::parameters::{OutOfRange, axis_title};
 use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
 
@@ -464,7 +464,7 @@ fn impulse(scenario: &Scenario, axis: usize) -> Result<Vec<f64>, LearnError> {
             return Ok(out);
         }
     }
-    Err(LearnError::Unstable { axis: AXIS_NAMES[axis].to_uppercase() })
+    Err(LearnError::Unstable { axis: axis_title(axis) })
 }
 
 #[cfg(test)]

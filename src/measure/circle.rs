@@ -1,6 +1,6 @@
 //! The circular test.
 
-use crate::parameters::{AXIS_NAMES, OutOfRange, axis_name};
+use crate::parameters::{AXIS_NAMES, OutOfRange, axis_title};
 use std::f64::consts::TAU;
 
 use nalgebra::{SMatrix, SVector};
@@ -246,7 +246,7 @@ impl Observer<2> for Gather {
 
     fn event(&mut self, event: &Event) -> Result<(), ObserverError> {
         if let Event::LockedUp { axis, .. } = event {
-            let axis = axis_name(*axis).to_uppercase();
+            let axis = axis_title(*axis);
             self.lockup.get_or_insert(format!("axis {axis} locked up: the metrics are those of a limit cycle"));
         }
         Ok(())

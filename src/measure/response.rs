@@ -1,6 +1,6 @@
 //! Frequency response by stepped sines.
 
-use crate::parameters::{AXIS_NAMES, OutOfRange};
+use crate::parameters::{AXIS_NAMES, OutOfRange, axis_title};
 use std::f64::consts::TAU;
 
 use nalgebra::Complex;
@@ -194,7 +194,7 @@ fn stable(scenario: &Scenario, axis: usize) -> Result<DriveLoop, MeasureError> {
     if found.is_stable() {
         return Ok(found);
     }
-    Err(MeasureError::Unstable { axis: AXIS_NAMES[axis].to_uppercase() })
+    Err(MeasureError::Unstable { axis: axis_title(axis) })
 }
 
 /// `m` periods in `n` samples.

@@ -1,7 +1,7 @@
 //! One axis of a scenario on its own.
 
 use super::MeasureError;
-use crate::parameters::AXIS_NAMES;
+use crate::parameters::axis_title;
 use crate::path::Cursor;
 use crate::scenario::Scenario;
 use crate::servo::{AxisLoop, AxisReference, AxisSignals, DetailedAxis, step_alone};
@@ -49,7 +49,7 @@ impl Bench {
             ahead: ahead as u64,
             start_mm,
             period_s: settings.period_s,
-            name: AXIS_NAMES[axis].to_uppercase(),
+            name: axis_title(axis),
             k: 0,
         })
     }

@@ -19,7 +19,7 @@ mod parameter;
 mod range;
 mod table;
 
-pub use axis_names::{AXIS_NAMES, axis_name};
+pub use axis_names::{AXIS_NAMES, axis_name, axis_title};
 pub use out_of_range::OutOfRange;
 pub use parameter::{Parameter, Presence, Scale, Slider};
 pub use range::{Bound, Range};

@@ -10,7 +10,7 @@ use super::plots::words::printable;
 use super::plots::{bode, loop_step, nyquist};
 use super::style::RUN_COLOURS;
 use crate::analysis::DriveLoop;
-use crate::parameters::axis_name;
+use crate::parameters::axis_title;
 
 /// Draws the loops of the axes and writes `STEM-bode.svg`, `STEM-nyquist.svg` and `STEM-step.svg` (or `.png`) into `folder`
 /// (made if missing; existing files are replaced). Returns the files in this order.
@@ -40,7 +40,7 @@ pub(super) fn drawn(axes: &[DriveLoop]) -> Vec<Drawn<'_>> {
     axes.iter()
         .enumerate()
         .map(|(i, drive)| Drawn {
-            name: axis_name(i).to_uppercase(),
+            name: axis_title(i),
             colour: RUN_COLOURS[i % RUN_COLOURS.len()],
             drive,
             margins: drive.margins(),

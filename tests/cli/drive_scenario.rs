@@ -356,3 +356,26 @@ fn compare_as_a_user_types_it() {
         .assert()
         .stdout(contains("backlash"));
 }
+
+/// An axis whose controller is given in full is checked, analysed and run without a table `pdff`.
+#[test]
+fn a_complete_controller_needs_no_pdff() {
+    let alpha = Document::builtin("alpha").unwrap();
+    let (before, rest) = alpha.text().split_once("[axes.y.pdff]").unwrap();
+    let rest = rest.split_once("\n[").map_or("", |(_, rest)| rest);
+    let p_pi = "[axes.y.controller.p_pi]\nposition_rad_s_mm = 97\nvelocity_nm_s_rad = 1.5\nintegral_1_s = 250\n";
+    let folder = Folder::new();
+    folder.write("p-pi.toml", format!("{before}{p_pi}[{rest}"));
+    for command in
+        ["check p-pi.toml", "analyze p-pi.toml", "run p-pi.toml --plots none --set limits.contour_error_um=5000"]
+    {
+        let output = folder.process(command).output().unwrap();
+        let stderr = String::from_utf8_lossy(&output.stderr);
+        assert_eq!(output.status.code(), Some(0), "{command}\n{stderr}");
+    }
+    folder.write("half.toml", format!("{before}{}[{rest}", p_pi.replace("integral_1_s = 250\n", "")));
+    let output = folder.process("check half.toml").output().unwrap();
+    let stderr = String::from_utf8_lossy(&output.stderr);
+    assert_eq!(output.status.code(), Some(2), "{stderr}");
+    assert!(stderr.contains("`integral_1_s` of the controller is not given") && stderr.contains('^'), "{stderr}");
+}

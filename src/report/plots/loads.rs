@@ -7,7 +7,7 @@ use super::super::figure::Figure;
 use super::super::style::{CURVE_PX, LineStyle, RUN_COLOURS};
 use super::super::subplot::{Entry, Subplot, gutter, stack, subplot_height, x_axis, y_axis};
 use super::named_run::{LIMIT, LIMIT_IN_VIEW, Named, heading, off_scale};
-use crate::parameters::AXIS_NAMES;
+use crate::parameters::{AXIS_NAMES, axis_title};
 
 const GAP: f64 = 14.0;
 
@@ -128,8 +128,8 @@ fn scale(loads: &[(&Named<'_>, &AxisLoads)], quantity: &Quantity) -> (Range, Vec
 fn whose(loads: &[(&Named<'_>, &AxisLoads)], quantity: &Quantity, limit: f64) -> String {
     let of_axis = |axis: usize| loads.iter().any(|(_, loads)| (quantity.limits)(loads)[axis] == limit);
     match (of_axis(0), of_axis(1)) {
-        (true, false) => format!("{} ", AXIS_NAMES[0].to_uppercase()),
-        (false, true) => format!("{} ", AXIS_NAMES[1].to_uppercase()),
+        (true, false) => format!("{} ", axis_title(0)),
+        (false, true) => format!("{} ", axis_title(1)),
         _ => String::new(),
     }
 }

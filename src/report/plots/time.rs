@@ -9,7 +9,7 @@ use super::named_run::{
     LIMIT, LIMIT_IN_VIEW, Named, heading, in_scale, limits, off_scale, off_scale_text, samples, time_range,
 };
 use super::words::capital;
-use crate::parameters::{AXIS_NAMES, axis_name};
+use crate::parameters::{AXIS_NAMES, axis_title};
 
 /// The contouring error is exact to a nanometre: a narrower range shows rounding \[µm\].
 pub(super) const LEAST_ERROR_UM: f64 = 2e-3;
@@ -133,8 +133,7 @@ pub(in super::super) fn voltage(runs: &[Named<'_>]) -> Figure {
         }
         told.push(limit);
         // Of which axes, where others show it.
-        let of: Vec<String> =
-            (0..scales.len()).filter(|axis| hidden(*axis, limit)).map(|axis| axis_name(axis).to_uppercase()).collect();
+        let of: Vec<String> = (0..scales.len()).filter(|axis| hidden(*axis, limit)).map(axis_title).collect();
         let of = if of.len() < scales.len() { format!("{} ", of.join(", ")) } else { String::new() };
         head.legend.extend(off_scale(&[(limit, false)], &format!("{of}saturation ±"), "V"));
     }
@@ -171,7 +170,7 @@ pub(in super::super) fn voltage(runs: &[Named<'_>]) -> Figure {
             );
         }
         subplot.border(&mut figure, axis == last, true);
-        let name = axis_name(axis).to_uppercase();
+        let name = axis_title(axis);
         subplot.y_title(&mut figure, gutter, &format!("{name} voltage"), "V");
         if axis == last {
             subplot.x_title(&mut figure, "time", "s");
