@@ -8,7 +8,9 @@ use toml::Spanned;
 use super::check::Problems;
 use super::check_surface::nurbs_curve;
 use super::diagnostics::Diagnostic;
+use super::number_table::out_of_range;
 use super::part_file::{RawContour, RawPiece};
+use crate::parameters::OutOfRange;
 use crate::path::{NurbsCurve, NurbsSurface};
 use crate::toolpath::guide::{Contour, GuideError, Piece, Region};
 
@@ -24,9 +26,8 @@ fn contour(raw: &Spanned<RawContour>) -> Result<Contour, Diagnostic> {
         RawContour::Circle(circle) => {
             let radius = *circle.radius_mm.get_ref();
             if !(radius > 0.0) {
-                return Err(Diagnostic::new(format!("a radius of {radius} mm is out of range: it must be positive"))
-                    .at(circle.radius_mm.span())
-                    .help("give the radius in millimetres"));
+                let error = OutOfRange::new("radius_mm", radius, "positive");
+                return Err(out_of_range("", &error, circle.radius_mm.span(), "give the radius in millimetres"));
             }
             let centre = Vector2::from(circle.centre_mm.get_ref().0);
             let at = |_| circle.centre_mm.span();

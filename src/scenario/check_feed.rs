@@ -8,6 +8,7 @@ use super::number_table::out_of_range;
 use crate::feedrate::{
     AT, AxisLimits, FeedOverride, FeedrateError, MAX_OVERRIDE_STEPS, Motion, OF_EACH_AXIS, OverrideStep, TRANSITION,
 };
+use crate::parameters::OutOfRange;
 use crate::path::Path;
 
 /// The motion under axis limits, and none while the path is not known or the feed is wrong.
@@ -62,13 +63,13 @@ pub(super) fn overridden(
             problems.push(out_of_range("", &error, raw.at_s.span(), ""));
         }
         if !(0.0..=most).contains(&percent) {
-            let problem = Diagnostic::new(format!("percent = {percent} is out of range: it must be from 0 to {most}"));
             let help = if percent > most && percent <= 200.0 {
                 "above 100 % the limits of the axes would not be kept: raise them, or feed_mm_s, instead"
             } else {
                 "0 holds the feed, 50 halves it, 100 is the plan"
             };
-            problems.push(problem.at(raw.percent.span()).help(help));
+            let error = OutOfRange::new("percent", percent, format!("from 0 to {most} %")).with_help(help);
+            problems.push(out_of_range("", &error, raw.percent.span(), ""));
         }
         if let Some(given) = &raw.transition_s
             && let Err(error) = TRANSITION.check(*given.get_ref())

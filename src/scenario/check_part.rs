@@ -1,14 +1,14 @@
 //! From a part's file as written to checked values. Every value is checked, so that all problems are reported at once.
 
 use std::io;
-use std::ops::{Range, RangeInclusive};
+use std::ops::Range;
 use std::sync::Arc;
 
 use toml::Spanned;
 
 use super::check::{self, Problems};
 use super::diagnostics::{Diagnostic, brief};
-use super::number_table::{NumberTable, out_of_range};
+use super::number_table::{NumberTable, number, out_of_range};
 use super::part::{Folder, Part};
 use super::part_file::{
     RawBlocks, RawCutter, RawDialect, RawFit, RawLinking, RawMesh, RawOrder, RawPart, RawStepOver, RawSurface,
@@ -18,6 +18,7 @@ use super::part_limits::FileLimits;
 use super::{check_contour, check_drive, check_surface};
 use crate::machining::{Blocks, Feeds, Machine};
 use crate::nc::{Dialect, MAX_DECIMALS};
+use crate::parameters::{Bound, Parameter, Range as ValidRange};
 use crate::path::NurbsSurface;
 use crate::path::nurbs::MAX_DEGREE;
 use crate::servo::{AxisParameters, LoopSettings};
@@ -30,49 +31,29 @@ use crate::toolpath::{Cutter, CutterError, DesignSurface};
 /// Height of rapid moves above the highest point where the file gives none \[mm\].
 const CLEARANCE_MM: f64 = 5.0;
 
-/// Least scallop height and path tolerance: ten nanometres \[mm\].
-const LEAST_MM: f64 = 1e-5;
+/// Lengths that the tool path is made to: the work grows with their inverse, and no machine keeps less than ten nanometres.
+const FINE_MM: ValidRange = ValidRange::closed(1e-5, 1e6);
 
-/// A number of a file that has to be positive, at most 1e6.
-fn positive(name: &str, raw: &Spanned<f64>, help: &str, problems: &mut Problems) -> f64 {
-    let value = *raw.get_ref();
-    if !(value > 0.0 && value <= 1e6) {
-        problems.push(
-            Diagnostic::new(format!("{name} = {value} is out of range: it must be a positive number, at most 1e6"))
-                .at(raw.span())
-                .help(help),
-        );
-    }
-    value
-}
+const SCALLOP: Parameter =
+    Parameter::new("toolpath.scallop_mm", "mm", FINE_MM, "Height of the ridge between two passes")
+        .hint("give the height of the ridge in millimetres, such as 0.01");
+const TOLERANCE: Parameter = Parameter::new("toolpath.tolerance_mm", "mm", FINE_MM, "Deviation of the path")
+    .hint("give the path tolerance in millimetres, such as 0.01");
+const CLEARANCE: Parameter =
+    Parameter::new("toolpath.clearance_mm", "mm", ValidRange::above(0.0, 1e6), "Height of rapid moves")
+        .hint("give the height above the highest point in millimetres");
+const CELL: Parameter = Parameter::new("check.cell_mm", "mm", ValidRange::above(0.0, 1e6), "Size of a cell")
+    .hint("give the size of a cell in millimetres, such as 0.1");
+const DEGREES: ValidRange = ValidRange { low: Bound::Closed(1.0), high: Bound::Closed(MAX_DEGREE as f64), whole: true };
+const DEGREE: Parameter =
+    Parameter::new("toolpath.degree", "", DEGREES, "Degree of the curves").hint("3 (cubic) is usual");
+const DECIMALS: Parameter =
+    Parameter::new("program.decimals", "", ValidRange::whole(0, MAX_DECIMALS as u32), "Decimals of the program");
 
-/// A length that the tool path is made to: the work grows with its inverse, and no machine keeps less.
-fn fine(name: &str, raw: &Spanned<f64>, help: &str, problems: &mut Problems) -> f64 {
-    let value = positive(name, raw, help, problems);
-    if value > 0.0 && value < LEAST_MM {
-        problems.push(
-            Diagnostic::new(format!("{name} = {value} is out of range: it must be at least {LEAST_MM}"))
-                .at(raw.span())
-                .help(help),
-        );
-    }
-    value
-}
-
-/// A whole number of a file within a range.
-fn whole(name: &str, raw: &Spanned<i64>, range: RangeInclusive<i64>, problems: &mut Problems) -> usize {
-    let value = *raw.get_ref();
-    if !range.contains(&value) {
-        problems.push(
-            Diagnostic::new(format!(
-                "{name} = {value} is out of range: {} to {} are taken",
-                range.start(),
-                range.end()
-            ))
-            .at(raw.span()),
-        );
-    }
-    usize::try_from(value).unwrap_or_default()
+/// A whole number of a file within the range of its parameter.
+fn whole(parameter: &Parameter, raw: &Spanned<i64>, problems: &mut Problems) -> usize {
+    number(parameter, &Spanned::new(raw.span(), *raw.get_ref() as f64), problems);
+    usize::try_from(*raw.get_ref()).unwrap_or_default()
 }
 
 fn cutter(raw: &Spanned<RawCutter>, problems: &mut Problems) -> Option<Cutter> {
@@ -154,10 +135,8 @@ fn mesh(raw: &RawMesh, folder: &Folder) -> Result<Mesh, Diagnostic> {
 }
 
 fn options(raw: &RawToolpath, cutter: Option<Cutter>, problems: &mut Problems) -> Options {
-    let scallop_mm =
-        fine("scallop_mm", &raw.scallop_mm, "give the height of the ridge in millimetres, such as 0.01", problems);
-    let tolerance_mm =
-        fine("tolerance_mm", &raw.tolerance_mm, "give the path tolerance in millimetres, such as 0.01", problems);
+    let scallop_mm = number(&SCALLOP, &raw.scallop_mm, problems);
+    let tolerance_mm = number(&TOLERANCE, &raw.tolerance_mm, problems);
     if let Some(cutter) = cutter
         && !(scallop_mm < cutter.radius_mm())
     {
@@ -170,10 +149,9 @@ fn options(raw: &RawToolpath, cutter: Option<Cutter>, problems: &mut Problems) -
             .help("it must be below the cutter radius; a hundredth of it is usual"),
         );
     }
-    let most_degree = i64::try_from(MAX_DEGREE).unwrap_or(i64::MAX);
     let mut options = Options::new(scallop_mm, tolerance_mm);
     if let Some(given) = &raw.degree {
-        options.degree = whole("degree", given, 1..=most_degree, problems);
+        options.degree = whole(&DEGREE, given, problems);
     }
     match raw.fit {
         Some(RawFit::Free) => options.fit = Method::Free,
@@ -204,9 +182,7 @@ fn options(raw: &RawToolpath, cutter: Option<Cutter>, problems: &mut Problems) -
         Some(RawOrder::InsideOut) => Order::InsideOut,
         Some(RawOrder::OutsideIn) | None => Order::OutsideIn,
     };
-    options.clearance_mm = raw.clearance_mm.as_ref().map_or(CLEARANCE_MM, |given| {
-        positive("clearance_mm", given, "give the height above the highest point in millimetres", problems)
-    });
+    options.clearance_mm = raw.clearance_mm.as_ref().map_or(CLEARANCE_MM, |given| number(&CLEARANCE, given, problems));
     options
 }
 
@@ -247,7 +223,7 @@ pub(super) fn part(raw: &RawPart, default_name: &str, source: &str, folder: &Fol
         feeds.plunge_mm_min = feeds.cut_mm_min / 3.0;
     }
     let decimals = raw.program.decimals.as_ref().map(|given| {
-        let decimals = whole("decimals", given, 0..=i64::from(MAX_DECIMALS), &mut problems);
+        let decimals = whole(&DECIMALS, given, &mut problems);
         u8::try_from(decimals).unwrap_or(MAX_DECIMALS)
     });
     let dialect = match raw.program.dialect {
@@ -291,7 +267,7 @@ pub(super) fn part(raw: &RawPart, default_name: &str, source: &str, folder: &Fol
     raw.limits.fill(&mut limits, |error, span| problems.push(out_of_range("", error, span, "")));
     let cell_mm = raw.check.cell_mm.as_ref().map_or_else(
         || cutter.map_or(1.0, |cutter| cutter.radius_mm()) / 50.0,
-        |given| positive("cell_mm", given, "give the size of a cell in millimetres, such as 0.1", &mut problems),
+        |given| number(&CELL, given, &mut problems),
     );
     // What takes time comes last: not where something else is wrong already.
     if !problems.is_empty() {

@@ -6,7 +6,9 @@ use nalgebra::{Vector2, Vector3};
 use toml::Spanned;
 
 use super::diagnostics::Diagnostic;
+use super::number_table::out_of_range;
 use super::part_file::{RawNurbsCurve, RawNurbsSurface};
+use crate::parameters::OutOfRange;
 use crate::path::nurbs::MAX_DEGREE;
 use crate::path::{NurbsCurve, NurbsError, NurbsSurface};
 
@@ -16,9 +18,8 @@ const CUBIC: usize = 3;
 /// The degree that a file gives.
 fn degree(value: i64, span: Range<usize>) -> Result<usize, Diagnostic> {
     usize::try_from(value).ok().filter(|degree| (1..=MAX_DEGREE).contains(degree)).ok_or_else(|| {
-        Diagnostic::new(format!("a degree of {value} is out of range: 1 to {MAX_DEGREE} are taken"))
-            .at(span)
-            .help("3 (cubic) is usual")
+        let needed = format!("a whole number from 1 to {MAX_DEGREE}");
+        out_of_range("", &OutOfRange::new("degree", value as f64, needed), span, "3 (cubic) is usual")
     })
 }
 

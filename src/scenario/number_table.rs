@@ -62,6 +62,15 @@ pub(super) fn out_of_range(within: &str, error: &OutOfRange, span: Range<usize>,
     if help.is_empty() { problem } else { problem.help(help) }
 }
 
+/// A value that stands by itself; told where it is not in the range of its parameter.
+pub(super) fn number(parameter: &Parameter, raw: &Spanned<f64>, problems: &mut Vec<Diagnostic>) -> f64 {
+    let value = *raw.get_ref();
+    if let Err(error) = parameter.check(value) {
+        problems.push(out_of_range("", &error, raw.span(), ""));
+    }
+    value
+}
+
 impl<'de, T: Parameters> Deserialize<'de> for NumberTable<T> {
     fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
         // (The name says to the deserializer that it is a table.)
@@ -175,8 +184,8 @@ pub(super) fn describe(parameter: &Parameter, node: &mut Map<String, Value>) {
     ];
     for (bound, [closed, open]) in ends {
         match bound {
-            Bound::Closed(value) => _ = node.insert(closed.to_owned(), number(value)),
-            Bound::Open(value) if value.is_finite() => _ = node.insert(open.to_owned(), number(value)),
+            Bound::Closed(value) => _ = node.insert(closed.to_owned(), json_number(value)),
+            Bound::Open(value) if value.is_finite() => _ = node.insert(open.to_owned(), json_number(value)),
             Bound::Open(_) => {}
         }
     }
@@ -184,6 +193,6 @@ pub(super) fn describe(parameter: &Parameter, node: &mut Map<String, Value>) {
 
 /// A whole number without a point.
 #[allow(clippy::cast_possible_truncation)] // small
-fn number(value: f64) -> Value {
+fn json_number(value: f64) -> Value {
     if value.trunc() == value && value.abs() < 1e15 { json!(value as i64) } else { json!(value) }
 }

@@ -381,7 +381,10 @@ fn a_part_is_started_and_checked_like_a_scenario() {
         fs::write(folder.path().join("bad.toml"), fine).unwrap();
         let (code, _, err) = stdout(servosim(folder.path()).args(["check", "bad.toml"]));
         assert!(
-            code == 2 && err.contains(&format!("{key} = 0.000000001 is out of range: it must be at least")),
+            code == 2
+                && err.contains(&format!(
+                    "{key} = 1e-9 is out of range: it must be a positive number, from 1e-5 to 1e6 mm"
+                )),
             "{err}"
         );
     }

@@ -5,6 +5,7 @@ use std::f64::consts::{FRAC_PI_2, TAU};
 use nalgebra::{SVector, Vector2};
 
 use super::{NurbsCurve, NurbsError};
+use crate::parameters::OutOfRange;
 use crate::path::{MAX_COORDINATE_MM, MIN_SEGMENT_MM};
 
 impl<const D: usize> NurbsCurve<D> {
@@ -22,21 +23,21 @@ impl<const D: usize> NurbsCurve<D> {
         start_rad: f64,
         sweep_rad: f64,
     ) -> Result<Self, NurbsError> {
-        let bad = |what, value, needed| Err(NurbsError::BadArc { what, value, needed });
+        let bad = |what, value, needed| Err(NurbsError::BadArc(OutOfRange::new(what, value, needed)));
         if !(radius_mm > MIN_SEGMENT_MM && radius_mm <= MAX_COORDINATE_MM) {
-            return bad("a radius [mm]", radius_mm, "it must be a positive finite number");
+            return bad("radius_mm", radius_mm, "above 1e-9, at most 1e6 mm");
         }
         if !(start_rad.abs() <= 1e6) {
-            return bad("a start angle [rad]", start_rad, "it must be within ±1e6");
+            return bad("start_rad", start_rad, "within ±1e6");
         }
         // A full turn that was computed may be a rounding error more.
         let turns = sweep_rad.abs() / TAU;
         if !(turns > 1e-9 && turns <= 1.0 + 1e-12) {
-            return bad("a sweep [rad]", sweep_rad, "it must not be 0 and at most a full turn, 2π");
+            return bad("sweep_rad", sweep_rad, "not 0 and at most a full turn, 2π");
         }
         let skew = x.dot(&y).abs().max((x.norm() - 1.0).abs()).max((y.norm() - 1.0).abs());
         if !(skew <= 1e-9) {
-            return bad("a plane's axes with an error", skew, "they must be perpendicular unit vectors");
+            return bad("error of the plane's axes", skew, "at most 1e-9: they are perpendicular unit vectors");
         }
         let pieces = [1, 2, 3, 4].into_iter().find(|&n| sweep_rad.abs() <= f64::from(n) * FRAC_PI_2 * (1.0 + 1e-12));
         let pieces = pieces.unwrap_or(4);

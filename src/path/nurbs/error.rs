@@ -1,5 +1,6 @@
 //! Why a NURBS curve or surface could not be made.
 
+use crate::parameters::OutOfRange;
 use crate::path::MAX_COORDINATE_MM;
 
 /// Highest degree that a curve or a surface takes.
@@ -126,13 +127,6 @@ pub enum NurbsError {
         most: usize,
     },
     /// A radius that is not positive, an angle that is not in range, or axes that are not perpendicular unit vectors.
-    #[error("{what} of {value} makes no arc: {needed}")]
-    BadArc {
-        /// What is wrong, such as "a radius".
-        what: &'static str,
-        /// Its value.
-        value: f64,
-        /// What is needed.
-        needed: &'static str,
-    },
+    #[error("this makes no arc: {0}")]
+    BadArc(OutOfRange),
 }
