@@ -28,7 +28,8 @@ fn the_table_shows_both_axes_and_the_plots_are_written() {
         .stdout(contains("X and Y: conditionally stable").and(contains("saturation (±5 V) is too little gain")))
         .stdout(contains("full feedforward (1/r_g = 0.6289 rad/mm)"))
         .stderr("wrote output/alpha-bode.svg, output/alpha-nyquist.svg and output/alpha-step.svg\n");
-    for (plot, text) in [("bode", "37.76° at 670.1 rad/s"), ("nyquist", "X: −1/3.308"), ("step", "settled in 24 ms")]
+    for (plot, text) in
+        [("bode", "37.76° at 106.7 Hz (670.1 rad/s)"), ("nyquist", "X: −1/3.308"), ("step", "settled in 24 ms")]
     {
         let svg = fs::read_to_string(folder.path(&format!("output/alpha-{plot}.svg"))).unwrap();
         assert!(svg.starts_with("<svg") && svg.contains(text), "{plot}");

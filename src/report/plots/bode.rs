@@ -92,12 +92,17 @@ pub(in super::super) fn figure(title: &str, axes: &[Drawn<'_>]) -> Figure {
             let l = axis.drive.transfer(omega);
             let side = if l.im > 0.0 { -margin } else { margin };
             let at = phase.at(hz(omega), -180.0 + side);
-            figure.line(
-                &[phase.at(hz(omega), -180.0), at],
-                LineStyle { colour: axis.colour, width_px: 1.2, dash: Some(THIN) },
-            );
+            let line = vec![phase.at(hz(omega), -180.0), at];
+            figure.line(&line, LineStyle { colour: axis.colour, width_px: 1.2, dash: Some(THIN) });
+            phase.keep_clear(line);
             phase.ring(&mut figure, at, 4.0, 1.5, axis.colour);
-            let text = format!("{}: {}° at {} Hz", axis.name, significant(margin, 4), significant(hz(omega), 4));
+            let text = format!(
+                "{}: {}° at {} Hz ({} rad/s)",
+                axis.name,
+                significant(margin, 4),
+                significant(hz(omega), 4),
+                significant(omega, 4)
+            );
             phase.point_label(&mut figure, at, &text, axis.colour);
         }
     }
