@@ -4,7 +4,7 @@ use std::sync::LazyLock;
 
 use serde_json::Value;
 
-use super::toml_errors::choices;
+use super::schema::choices;
 use super::{file, part_file};
 
 /// A kind of file.

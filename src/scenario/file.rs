@@ -12,7 +12,7 @@ use toml::Spanned;
 use super::drive_file::{RawCompensation, RawController, RawEffects};
 use super::number_table::NumberTable;
 use super::numbers::RawPoint;
-use super::registry::describe_all;
+use super::schema::describe_all;
 use crate::limits::Limits;
 use crate::servo::compensation::CrossCouplingGains;
 use crate::servo::{Drive, Mechanics, Pdff, Plant};

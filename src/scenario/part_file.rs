@@ -9,7 +9,7 @@ use super::file::{RawAxis, RawControl, schema_of};
 use super::number_table::NumberTable;
 use super::numbers::{RawPoint, RawPoint3};
 use super::part_limits::FileLimits;
-use super::registry::describe_all;
+use super::schema::describe_all;
 use crate::machining::{Feeds, Machine};
 use crate::parameters::AXIS_NAMES;
 

@@ -2,10 +2,6 @@
 
 use std::sync::LazyLock;
 
-use serde_json::Value;
-
-use super::number_table::describe;
-use super::toml_errors::choices;
 use super::{FeedProfile, Scenario};
 use crate::feedrate::{FEED, Profile};
 use crate::limits::Limits;
@@ -106,42 +102,4 @@ fn all() -> Vec<ScenarioParameter> {
 
 fn of(parameter: &'static Parameter, place: Place) -> ScenarioParameter {
     ScenarioParameter { key: parameter.key.to_owned(), parameter, place }
-}
-
-/// Writes what is known of the parameters into the schema of a file with these axes.
-pub(super) fn describe_all(schema: &mut Value, axes: &[&str]) {
-    let axes = axes.iter().flat_map(|name| {
-        axis_parameters().iter().map(move |known| (format!("axes.{name}.{}", known.parameter.key), known.parameter))
-    });
-    let others = scenario_parameters().iter().filter(|known| known.axis().is_none());
-    for (key, parameter) in axes.chain(others.map(|known| (known.key.clone(), known.parameter))) {
-        let path: Vec<&str> = key.split('.').collect();
-        if let Some(Value::Object(node)) = node_mut(schema, &path) {
-            describe(parameter, node);
-        }
-    }
-}
-
-/// The schema's node of a key, through the choices on the way.
-fn node_mut<'a>(node: &'a mut Value, path: &[&str]) -> Option<&'a mut Value> {
-    let Some((first, rest)) = path.split_first() else { return Some(node) };
-    if node.get("properties").and_then(|keys| keys.get(first)).is_some() {
-        return node_mut(node.get_mut("properties")?.get_mut(first)?, rest);
-    }
-    // Which choice leads there is asked first: of several only one may be borrowed.
-    for key in ["oneOf", "anyOf"] {
-        let found = node.get(key).and_then(Value::as_array).and_then(|all| all.iter().position(|it| leads(it, path)));
-        if let Some(index) = found {
-            return node_mut(node.get_mut(key)?.get_mut(index)?, path);
-        }
-    }
-    None
-}
-
-fn leads(node: &Value, path: &[&str]) -> bool {
-    let Some((first, rest)) = path.split_first() else { return true };
-    match node.get("properties").and_then(|keys| keys.get(first)) {
-        Some(next) => leads(next, rest),
-        None => choices(node).any(|choice| leads(choice, path)),
-    }
 }

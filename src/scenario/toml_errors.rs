@@ -8,6 +8,7 @@ use toml::de::{DeTable, DeValue};
 use super::diagnostics::{Diagnostic, brief, nearest};
 use super::document_kind::DocumentKind;
 use super::numbers::{POINT, POINT3};
+use super::schema::choices;
 
 /// The first syntax error of a text.
 pub(super) fn syntax(error: &toml::de::Error, text: &str) -> Diagnostic {
@@ -344,10 +345,6 @@ fn schema_node<'a>(node: &'a Value, path: &[&str]) -> Option<&'a Value> {
         return schema_node(next, rest);
     }
     choices(node).find_map(|choice| schema_node(choice, path))
-}
-
-pub(super) fn choices(node: &Value) -> impl Iterator<Item = &Value> {
-    ["oneOf", "anyOf"].into_iter().filter_map(|key| node.get(key)?.as_array()).flatten()
 }
 
 /// First sentence of a key's description, and whether it is a table.
