@@ -18,7 +18,8 @@ use super::messages::{Drives, Drives3, Sample, Servo, Servo3, Third, ThirdDrive}
 use super::scene::DESIRED;
 use super::schema::Described;
 use super::{
-    DRIVES_TOPIC, LOG_TOPIC, PLAN_METADATA, RUN_METADATA, SCENARIO_NAME, SCENE_TOPIC, SERVO_TOPIC, SUMMARY_NAME,
+    DRIVES_TOPIC, LOG_TOPIC, PATH_TOPIC, PLAN_METADATA, RUN_METADATA, SCENARIO_NAME, SCENE_TOPIC, SERVO_TOPIC,
+    SUMMARY_NAME,
 };
 use crate::summary::Summary;
 
@@ -336,7 +337,8 @@ impl<V: FnMut(&Sample) -> io::Result<()>> Scan<'_, V> {
         } else if is(DRIVES_TOPIC, Drives3::full_name()) {
             self.found.drives = true;
             Content::Drives3
-        } else if is(SCENE_TOPIC, SceneUpdate::full_name()) {
+        } else if is(PATH_TOPIC, SceneUpdate::full_name()) || is(SCENE_TOPIC, SceneUpdate::full_name()) {
+            // Before it had a topic of its own the desired path was the first message of `/scene`.
             Content::Scene
         } else if is(LOG_TOPIC, Log::full_name()) {
             Content::Log
@@ -385,9 +387,10 @@ impl<V: FnMut(&Sample) -> io::Result<()>> Scan<'_, V> {
             Content::Scene if first => {
                 let scene =
                     SceneUpdate::decode(body).map_err(|error| self.damaged(&format!("a scene is not one: {error}")))?;
-                let desired = scene.entities.iter().find(|entity| entity.id == DESIRED);
-                let lines = desired.into_iter().flat_map(|entity| &entity.lines);
-                self.found.desired_mm = lines.flat_map(|line| &line.points).map(|p| [p.x, p.y]).collect();
+                if let Some(desired) = scene.entities.iter().find(|entity| entity.id == DESIRED) {
+                    let points = desired.lines.iter().flat_map(|line| &line.points);
+                    self.found.desired_mm = points.map(|p| [p.x, p.y]).collect();
+                }
                 Ok(())
             }
             Content::Log if self.found.log.len() < MAX_LOG_LINES => {

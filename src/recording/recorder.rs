@@ -19,12 +19,14 @@ use super::messages::{
 };
 use super::place::Place;
 use super::reader::hex_sha256;
-use super::scene::Scene;
+use super::scene::{Due, Scene};
 use super::schema::Described;
 use super::{
-    DRIVES_TOPIC, LOG_TOPIC, PLAN_METADATA, RUN_METADATA, SCENARIO_NAME, SCENE_TOPIC, SERVO_TOPIC, SUMMARY_NAME,
+    DRIVES_TOPIC, LOG_TOPIC, PATH_TOPIC, PLAN_METADATA, RUN_METADATA, SCENARIO_NAME, SCENE_TOPIC, SERVO_TOPIC,
+    SUMMARY_NAME, TRACE_TOPIC,
 };
 use crate::limits::{Event, Limits};
+use crate::servo::DriveModel;
 use crate::simulation::{Observer, ObserverError, Period, Place as BlockPlace, RunPlan};
 use crate::summary::Summary;
 
@@ -38,16 +40,66 @@ pub struct RecordingMetadata {
     pub name: String,
     /// The scenario as TOML.
     pub scenario: String,
-    /// Seed of the run; 0 where nothing is random.
-    pub seed: u64,
+    /// Seed of the run's noise, as the scenario gives it; 0 where nothing is random. Where axes have seeds of their own, all of them,
+    /// separated by spaces.
+    pub seed: String,
     /// Version of the program.
     pub version: String,
 }
 
 impl RecordingMetadata {
-    /// The metadata of a run of this scenario with this version of servosim and seed 0.
+    /// The metadata of a run of this scenario, in which nothing is random, with this version of servosim.
     pub fn new(name: impl Into<String>, scenario: impl Into<String>) -> Self {
-        Self { name: name.into(), scenario: scenario.into(), seed: 0, version: env!("CARGO_PKG_VERSION").to_owned() }
+        let version = env!("CARGO_PKG_VERSION").to_owned();
+        Self { name: name.into(), scenario: scenario.into(), seed: "0".to_owned(), version }
+    }
+
+    /// The same with the seeds of the noise of its drives.
+    #[must_use]
+    pub fn with_drives(mut self, drives: &[DriveModel]) -> Self {
+        let mut seeds: Vec<String> =
+            drives.iter().filter_map(|drive| drive.effects.noise).map(|noise| noise.given_seed().to_string()).collect();
+        seeds.dedup();
+        if !seeds.is_empty() {
+            self.seed = seeds.join(" ");
+        }
+        self
+    }
+}
+
+/// How a run is recorded.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct RecordingOptions {
+    /// Compression of the chunks.
+    pub compression: Compression,
+    /// Every how many control periods a sample is recorded, at least 1; the first and the last one always are. Pictures, log and summary
+    /// know every period.
+    pub every: u64,
+}
+
+impl Default for RecordingOptions {
+    /// Every sample, not compressed.
+    fn default() -> Self {
+        Self { compression: Compression::None, every: 1 }
+    }
+}
+
+/// Compression of a recording. Either way the same run gives the same bytes.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum Compression {
+    /// None: the fastest to write and to read.
+    #[default]
+    None,
+    /// LZ4: about three quarters of the size.
+    Lz4,
+}
+
+impl Compression {
+    fn of_chunks(self) -> Option<mcap::Compression> {
+        match self {
+            Self::None => None,
+            Self::Lz4 => Some(mcap::Compression::Lz4),
+        }
     }
 }
 
@@ -71,6 +123,8 @@ pub struct Recorder<W: Write> {
     /// What messages call the recording.
     name: String,
     metadata: RecordingMetadata,
+    /// Every how many periods a sample is recorded.
+    every: u64,
     run: Option<Run>,
     /// The message being written; reused.
     buffer: Vec<u8>,
@@ -78,16 +132,18 @@ pub struct Recorder<W: Write> {
 
 /// What is known once the run has begun.
 struct Run {
-    channels: [u16; 3],
+    channels: [u16; 5],
     drives: DriveTopic,
     scene: Scene,
     thinning: Thinning,
     time_ns: u64,
-    /// The next sample that may come.
+    /// The next sample that may come, and the last of the run.
     next: u64,
+    last: u64,
     /// Where in its program the run is.
     place: BlockPlace,
     scene_messages: u32,
+    trace_messages: u32,
     log_messages: u32,
 }
 
@@ -105,6 +161,8 @@ enum DriveTopic {
 enum Topic {
     Servo,
     Drives(u16),
+    Path,
+    Trace,
     Scene,
     Log,
 }
@@ -115,7 +173,19 @@ impl Recorder<BufWriter<File>> {
     /// # Errors
     /// The folder is missing or not writable, something other than a recording has that name, or another run is writing it.
     pub fn create(path: impl AsRef<Path>, metadata: RecordingMetadata) -> Result<Self, RecordingError> {
-        Self::create_with(path, metadata, BufWriter::new)
+        Self::create_with(path, metadata, RecordingOptions::default(), BufWriter::new)
+    }
+
+    /// The same with options.
+    ///
+    /// # Errors
+    /// See [`Recorder::create`].
+    pub fn create_as(
+        path: impl AsRef<Path>,
+        metadata: RecordingMetadata,
+        options: RecordingOptions,
+    ) -> Result<Self, RecordingError> {
+        Self::create_with(path, metadata, options, BufWriter::new)
     }
 }
 
@@ -125,7 +195,15 @@ impl<W: Write> Recorder<W> {
     /// # Errors
     /// Those of the writer.
     pub fn new(writer: W, metadata: RecordingMetadata) -> Result<Self, RecordingError> {
-        Self::start(writer, None, "to its stream".to_owned(), metadata)
+        Self::start(writer, None, "to its stream".to_owned(), metadata, RecordingOptions::default())
+    }
+
+    /// The same with options.
+    ///
+    /// # Errors
+    /// Those of the writer.
+    pub fn new_as(writer: W, metadata: RecordingMetadata, options: RecordingOptions) -> Result<Self, RecordingError> {
+        Self::start(writer, None, "to its stream".to_owned(), metadata, options)
     }
 
     /// As [`Recorder::create`], with the open file wrapped in a writer of your own.
@@ -135,11 +213,12 @@ impl<W: Write> Recorder<W> {
     pub fn create_with(
         path: impl AsRef<Path>,
         metadata: RecordingMetadata,
+        options: RecordingOptions,
         wrap: impl FnOnce(File) -> W,
     ) -> Result<Self, RecordingError> {
         let path = path.as_ref();
         let (place, file) = Place::open(path)?;
-        Self::start(wrap(file), Some(place), path.display().to_string(), metadata)
+        Self::start(wrap(file), Some(place), path.display().to_string(), metadata, options)
     }
 
     fn start(
@@ -147,14 +226,17 @@ impl<W: Write> Recorder<W> {
         place: Option<Place>,
         name: String,
         metadata: RecordingMetadata,
+        options: RecordingOptions,
     ) -> Result<Self, RecordingError> {
+        let every = options.every.max(1);
         let options = WriteOptions::new()
-            .compression(None)
+            .compression(options.compression.of_chunks())
             .chunk_size(Some(CHUNK_BYTES))
             // A chunk is gathered in memory and written whole: a killed run leaves no half-made one behind.
             .disable_seeking(true)
             .library(format!("servosim {}", metadata.version));
-        let mut recorder = Self { output: None, place, name, metadata, run: None, buffer: Vec::with_capacity(512) };
+        let mut recorder =
+            Self { output: None, place, name, metadata, every, run: None, buffer: Vec::with_capacity(512) };
         match options.create(NoSeek::new(writer)) {
             Ok(output) => recorder.output = Some(output),
             Err(error) => return Err(recorder.fail(error)),
@@ -167,8 +249,8 @@ impl<W: Write> Recorder<W> {
         let metadata = [
             ("name", self.metadata.name.clone()),
             ("scenario_sha256", hex_sha256(&self.metadata.scenario)),
-            ("seed", self.metadata.seed.to_string()),
-            ("units", "mm, s, rad, V, N m; errors in µm; one unit of /scene is 1 mm".to_owned()),
+            ("seed", self.metadata.seed.clone()),
+            ("units", "mm, s, rad, V, N m; errors in µm; one unit of /path, /trace and /scene is 1 mm".to_owned()),
             ("version", self.metadata.version.clone()),
         ];
         let text = self.metadata.scenario.clone().into_bytes();
@@ -197,7 +279,7 @@ impl<W: Write> Recorder<W> {
         let Some((thinning, time_ns)) = self.run.as_ref().map(|run| (run.thinning, run.time_ns)) else {
             return Err(self.out_of_order("it is finished before its run began"));
         };
-        self.piece()?;
+        self.picture(Due::Trace)?;
         for line in thinning.counts() {
             self.log(time_ns, Level::Warning, line)?;
         }
@@ -297,10 +379,12 @@ impl<W: Write> Recorder<W> {
         let Some(run) = &self.run else {
             return Err(self.out_of_order("the run has not begun"));
         };
-        let [servo, scene, log] = run.channels;
+        let [servo, path, trace, scene, log] = run.channels;
         let channel_id = match topic {
             Topic::Servo => servo,
             Topic::Drives(channel) => channel,
+            Topic::Path => path,
+            Topic::Trace => trace,
             Topic::Scene => scene,
             Topic::Log => log,
         };
@@ -317,15 +401,19 @@ impl<W: Write> Recorder<W> {
         self.message(Topic::Log, sequence)
     }
 
-    /// Writes the piece of the scene up to here, if there is one.
-    fn piece(&mut self) -> Result<(), RecordingError> {
+    /// Writes what is due of the picture, if there is something new.
+    fn picture(&mut self, due: Due) -> Result<(), RecordingError> {
         let Some(run) = &mut self.run else { return Ok(()) };
-        let Some(piece) = run.scene.piece(run.time_ns) else { return Ok(()) };
-        encode(&mut self.buffer, piece);
-        run.scene.next_piece();
-        run.scene_messages += 1;
-        let sequence = run.scene_messages;
-        self.message(Topic::Scene, sequence)
+        let (update, messages, topic) = match due {
+            Due::Nothing => return Ok(()),
+            Due::Newest => (run.scene.newest(run.time_ns), &mut run.scene_messages, Topic::Scene),
+            Due::Trace => (run.scene.trace(run.time_ns), &mut run.trace_messages, Topic::Trace),
+        };
+        let Some(update) = update else { return Ok(()) };
+        encode(&mut self.buffer, update);
+        let sequence = *messages;
+        *messages += 1;
+        self.message(topic, sequence)
     }
 
     fn begin_run<const A: usize, M: Described>(&mut self, plan: &RunPlan<'_, A>) -> Result<(), RecordingError> {
@@ -347,12 +435,15 @@ impl<W: Write> Recorder<W> {
                 ("motion_time_s", plan.totals.time_s.to_string()),
                 ("period_s", period_s.to_string()),
                 ("samples", plan.samples.to_string()),
+                ("recorded_every", self.every.to_string()),
             ]
             .into_iter()
             .chain(limits_v.iter().map(|(key, value)| (key.as_str(), value.clone()))),
         )?;
         let channels = [
             self.channel::<M>(SERVO_TOPIC)?,
+            self.channel::<SceneUpdate>(PATH_TOPIC)?,
+            self.channel::<SceneUpdate>(TRACE_TOPIC)?,
             self.channel::<SceneUpdate>(SCENE_TOPIC)?,
             self.channel::<Log>(LOG_TOPIC)?,
         ];
@@ -367,13 +458,15 @@ impl<W: Write> Recorder<W> {
             thinning: Thinning::default(),
             time_ns: 0,
             next: 0,
+            last: plan.samples.saturating_sub(1),
             place: BlockPlace::default(),
             scene_messages: 0,
+            trace_messages: 0,
             log_messages: 0,
         });
         self.log(0, Level::Info, first)?;
         encode(&mut self.buffer, &desired);
-        self.message(Topic::Scene, 0)
+        self.message(Topic::Path, 0)
     }
 
     /// Writes the drive signals. It stands before the signals of its sample: where a file ends early, no sample is without it.
@@ -418,6 +511,7 @@ impl<W: Write> Recorder<W> {
         bytes: impl FnOnce(&Period<A>, &BlockPlace) -> [u8; N],
         drives: impl FnOnce(f64, &[crate::servo::DriveSignals; A]) -> [u8; D],
     ) -> Result<(), RecordingError> {
+        let every = self.every;
         let Some(run) = &mut self.run else {
             return Err(self.out_of_order("the run has not begun"));
         };
@@ -431,11 +525,14 @@ impl<W: Write> Recorder<W> {
         run.time_ns = run.time_ns.max(nanos(period.time_s));
         let due = run.scene.add(period);
         let place = run.place;
+        if !period.k.is_multiple_of(every) && period.k != run.last {
+            return self.picture(due);
+        }
         self.add_drives::<A, D, M>(period, sequence, drives)?;
         self.buffer.clear();
         self.buffer.extend_from_slice(&bytes(period, &place));
         self.message(Topic::Servo, sequence)?;
-        if due { self.piece() } else { Ok(()) }
+        self.picture(due)
     }
 
     fn add_event(&mut self, event: &Event) -> Result<(), RecordingError> {

@@ -1,4 +1,8 @@
-//! The picture on `/scene`: the desired path, the actual path and the error drawn large, piece by piece.
+//! The picture for a viewer: the desired path on `/path`, the actual path and the error drawn large on `/trace` (all of it so far) and
+//! `/scene` (what came since).
+//!
+//! A viewer that opens a recording anywhere takes the last message of each topic before that time: `/path` has one, at the beginning;
+//! each of `/trace` replaces the one before and holds everything from the beginning, each of `/scene` everything since the last of `/trace`.
 
 use nalgebra::{SVector, Vector3};
 
@@ -17,11 +21,20 @@ pub(crate) const DESIRED: &str = "desired path";
 /// Most points that the desired path is drawn with.
 const MAX_DESIRED_POINTS: usize = 4000;
 
-/// About the most points that the actual path is drawn with; a viewer holds them all.
-const MAX_ACTUAL_POINTS: u64 = 50_000;
+/// Most points of the whole trace: it bounds the memory of a recorder, and what `/trace` adds to a long recording. When it is full every other
+/// point is left out.
+const MAX_TRACE_POINTS: usize = 16_000;
 
-/// Most points of a piece: it bounds the memory of a recorder.
-const MAX_PIECE_POINTS: usize = 1000;
+/// Most points since the last whole trace.
+const MAX_NEWEST_POINTS: usize = 2000;
+
+/// Messages of `/scene` in a run, and between two of `/trace`: about ten of these in a run.
+const UPDATES: u64 = 50;
+const UPDATES_A_TRACE: u64 = 5;
+
+/// The entities of the actual path.
+const TRACE: &str = "actual path and error";
+const NEWEST: &str = "actual path and error, newest";
 
 /// A limit that stands for the missing one when the magnification is chosen \[µm\].
 const USUAL_LIMIT_UM: f64 = 30.0;
@@ -43,13 +56,26 @@ pub(crate) struct Scene {
     /// … and this many periods have passed since the last one.
     stride: u64,
     since_kept: u64,
-    /// A piece ends after this many periods, or when it is full.
+    /// `/scene` is written after this many periods.
     interval: u64,
     periods: u64,
-    pieces: u64,
-    newest: (Vector3<f64>, Vector3<f64>),
+    updates: u64,
+    now: (Vector3<f64>, Vector3<f64>),
     kept: Option<(Vector3<f64>, Vector3<f64>)>,
-    piece: SceneUpdate,
+    /// Every how many points of the newest ones go to the trace.
+    trace_stride: usize,
+    newest: SceneUpdate,
+    trace: SceneUpdate,
+}
+
+/// What of the picture is due.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) enum Due {
+    Nothing,
+    /// A message on `/scene`.
+    Newest,
+    /// One on `/trace`.
+    Trace,
 }
 
 impl Scene {
@@ -77,33 +103,36 @@ impl Scene {
             text: format!("error × {magnification}: {limit_um} µm is drawn as {drawn_mm:.3} mm (1 unit = 1 mm)"),
         });
 
+        let update = |id: &str| SceneUpdate {
+            deletions: Vec::new(),
+            entities: vec![SceneEntity {
+                lines: vec![line(Vec::new(), BLUE), line(Vec::new(), RED)],
+                ..entity(id.to_owned(), 0, &[("unit", "mm")])
+            }],
+        };
         let scene = Self {
             magnification,
             thinning_mm: extent_mm / 2000.0,
-            stride: plan.samples.div_ceil(MAX_ACTUAL_POINTS),
+            stride: plan.samples.div_ceil(4 * MAX_TRACE_POINTS as u64),
             since_kept: 0,
-            interval: (plan.samples / 100).max(50),
+            interval: (plan.samples / UPDATES).max(50),
             periods: 0,
-            pieces: 0,
-            newest: (Vector3::zeros(), Vector3::zeros()),
+            updates: 0,
+            now: (Vector3::zeros(), Vector3::zeros()),
             kept: None,
-            piece: SceneUpdate {
-                deletions: Vec::new(),
-                entities: vec![SceneEntity {
-                    lines: vec![line(Vec::new(), BLUE), line(Vec::new(), RED)],
-                    ..entity(String::new(), 0, &[("unit", "mm")])
-                }],
-            },
+            trace_stride: 1,
+            newest: update(NEWEST),
+            trace: update(TRACE),
         };
         (scene, SceneUpdate { deletions: Vec::new(), entities: vec![desired] })
     }
 
-    /// Takes a period; true when a piece is due.
+    /// Takes a period; says what is due.
     #[inline]
-    pub(crate) fn add<const A: usize>(&mut self, period: &Period<A>) -> bool {
+    pub(crate) fn add<const A: usize>(&mut self, period: &Period<A>) -> Due {
         let (actual, nearest) = (space(&period.actual_mm), space(&period.nearest_mm));
         let error = nearest + self.magnification * (actual - nearest);
-        self.newest = (actual, error);
+        self.now = (actual, error);
         let far = |a: Vector3<f64>, b: Vector3<f64>| (a - b).amax() >= self.thinning_mm;
         self.since_kept += 1;
         let moved = |(kept_actual, kept_error)| far(actual, kept_actual) || far(error, kept_error);
@@ -111,47 +140,86 @@ impl Scene {
             self.keep();
         }
         self.periods += 1;
-        self.periods >= self.interval || self.points() >= MAX_PIECE_POINTS
+        let is_full = points(&self.newest) >= MAX_NEWEST_POINTS;
+        match (self.periods >= self.interval, self.updates + 1 >= UPDATES_A_TRACE) {
+            _ if is_full => Due::Trace,
+            (false, _) => Due::Nothing,
+            (true, false) => Due::Newest,
+            (true, true) => Due::Trace,
+        }
     }
 
-    /// The piece up to the last period, or none while the tool stands still.
-    pub(crate) fn piece(&mut self, time_ns: u64) -> Option<&SceneUpdate> {
-        self.periods = 0;
-        if self.kept.is_some_and(|kept| kept != self.newest) {
-            self.keep();
-        }
-        if self.points() < 2 {
+    /// What came since the last whole trace, up to the last period; none while the tool stands still.
+    pub(crate) fn newest(&mut self, time_ns: u64) -> Option<&SceneUpdate> {
+        (self.periods, self.updates) = (0, self.updates + 1);
+        self.keep_up();
+        stamp(&mut self.newest, time_ns);
+        (points(&self.newest) >= 2).then_some(&self.newest)
+    }
+
+    /// The whole trace up to the last period; none while the tool stands still.
+    pub(crate) fn trace(&mut self, time_ns: u64) -> Option<&SceneUpdate> {
+        (self.periods, self.updates) = (0, 0);
+        self.keep_up();
+        if points(&self.newest) < 2 {
             return None;
         }
-        self.pieces += 1;
-        if let Some(entity) = self.piece.entities.first_mut() {
-            entity.timestamp = Timestamp::from_nanos(time_ns);
-            entity.id = format!("actual path and error, piece {}", self.pieces);
+        stamp(&mut self.trace, time_ns);
+        let (newest, trace) = (lines(&mut self.newest), lines(&mut self.trace));
+        for (from, to) in newest.iter_mut().zip(trace.iter_mut()) {
+            // The first point is the last one of the trace, which is always there.
+            let new = from.points.get(usize::from(!to.points.is_empty())..).unwrap_or(&[]);
+            let last = new.last().copied();
+            to.points.extend(new.iter().step_by(self.trace_stride));
+            if (new.len().max(1) - 1) % self.trace_stride != 0 {
+                to.points.extend(last);
+            }
+            from.points.clear();
+            from.points.extend(last);
         }
-        Some(&self.piece)
+        if trace.iter().any(|line| line.points.len() > MAX_TRACE_POINTS) {
+            self.trace_stride *= 2;
+            for line in trace {
+                let last = line.points.len().max(1) - 1;
+                let mut index = 0;
+                line.points.retain(|_| {
+                    index += 1;
+                    (index - 1) % 2 == 0 || index - 1 == last
+                });
+            }
+        }
+        Some(&self.trace)
     }
 
-    /// Starts the next piece where the last one ended.
-    pub(crate) fn next_piece(&mut self) {
-        if self.points() >= 2 {
-            for line in self.piece.entities.iter_mut().flat_map(|entity| &mut entity.lines) {
-                line.points.clear();
-            }
+    /// The last period is part of the picture.
+    fn keep_up(&mut self) {
+        if self.kept.is_some_and(|kept| kept != self.now) {
             self.keep();
         }
     }
 
     fn keep(&mut self) {
-        self.kept = Some(self.newest);
+        self.kept = Some(self.now);
         self.since_kept = 0;
-        if let Some([actual, error]) = self.piece.entities.first_mut().map(|entity| &mut entity.lines[..]) {
-            actual.points.push(point3(self.newest.0));
-            error.points.push(point3(self.newest.1));
+        if let [actual, error] = lines(&mut self.newest) {
+            actual.points.push(point3(self.now.0));
+            error.points.push(point3(self.now.1));
         }
     }
+}
 
-    fn points(&self) -> usize {
-        self.piece.entities.first().and_then(|entity| entity.lines.first()).map_or(0, |line| line.points.len())
+/// The lines of the one entity of an update.
+fn lines(update: &mut SceneUpdate) -> &mut [LinePrimitive] {
+    update.entities.first_mut().map_or(&mut [], |entity| &mut entity.lines)
+}
+
+fn points(update: &SceneUpdate) -> usize {
+    update.entities.first().and_then(|entity| entity.lines.first()).map_or(0, |line| line.points.len())
+}
+
+fn stamp(update: &mut SceneUpdate, time_ns: u64) {
+    if let Some(entity) = update.entities.first_mut() {
+        entity.timestamp = Timestamp::from_nanos(time_ns);
     }
 }
 

@@ -326,9 +326,8 @@ fn electronics(
     if let Some(raw) = &raw.noise {
         let mut at = places(within, raw, problems);
         let raw = raw.get_ref();
-        let seed = u64::from(raw.seed.unwrap_or(1));
-        let noise =
-            Noise { rms_um: at.get::<Noise>("rms_um", &raw.rms_um), seed: seed.wrapping_mul(8).wrapping_add(index) };
+        let seed = Noise::seed_of_axis(raw.seed.unwrap_or(1), index);
+        let noise = Noise { rms_um: at.get::<Noise>("rms_um", &raw.rms_um), seed };
         out.noise = at.check(noise, Noise::check);
     }
     if let Some(raw) = &raw.delay {

@@ -153,7 +153,7 @@ fn a_model_leaves_no_drives() {
     let folder = Folder::new();
     folder.servosim("run alpha.toml --quiet --plots none").assert().success();
     let names: Vec<String> = topics(&folder, "alpha").into_iter().map(|(topic, ..)| topic).collect();
-    assert_eq!(names, ["/servo", "/scene", "/log"]);
+    assert_eq!(names, ["/servo", "/path", "/trace", "/scene", "/log"]);
     folder.servosim("inspect alpha").assert().success().stdout(contains("/drives").not());
     assert_eq!(Table::of(&folder, "alpha").names, csv::COLUMNS);
     let recording = Recording::open(folder.path("output/alpha.mcap")).unwrap();
@@ -220,8 +220,8 @@ fn validates_what_drives_tell_comes_back_bit_for_bit() {
     let bytes = fs::read(folder.path("output/alpha-real.mcap")).unwrap();
     folder.servosim("run alpha-real.toml --quiet --plots none").assert().success();
     assert!(bytes == fs::read(folder.path("output/alpha-real.mcap")).unwrap());
-    // 523 bytes a sample, of which 212 are the drives', and what every recording has.
-    assert!(bytes.len() < 1201 * 523 + 120_000, "{} bytes", bytes.len());
+    // 523 bytes a sample, of which 212 are the drives', and the pictures.
+    assert!(bytes.len() < 1201 * 523 + 320_000, "{} bytes", bytes.len());
 }
 
 /// The recording of alpha on real drives that settles for so long.
@@ -270,10 +270,10 @@ fn chunk_ends(bytes: &[u8]) -> Vec<(usize, usize, bool)> {
             let mut inner = &bytes[at + 9 + 8 + 8 + 8 + 4 + 4 + 8..at + 9 + length];
             while !inner.is_empty() {
                 let length = usize::try_from(u64::from_le_bytes(inner[1..9].try_into().unwrap())).unwrap();
-                // Channels in their order: /servo, /scene, /log, /drives.
+                // Channels in their order: /servo, /path, /trace, /scene, /log, /drives.
                 match (inner[0], &inner[9..11]) {
                     (0x05, [1, 0]) => (samples, drives_last) = (samples + 1, false),
-                    (0x05, [4, 0]) => drives_last = true,
+                    (0x05, [6, 0]) => drives_last = true,
                     _ => {}
                 }
                 inner = &inner[9 + length..];

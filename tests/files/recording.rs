@@ -11,7 +11,7 @@ use servosim::feedrate::{Motion, Profile};
 use servosim::limits::{Event, Limits};
 use servosim::path::{self, Circle, Line};
 use servosim::recording::{
-    LogLevel, ReadError, Recorder, Recording, RecordingError, RecordingMetadata, Sample, Servo, csv,
+    LogLevel, ReadError, Recorder, Recording, RecordingError, RecordingMetadata, RecordingOptions, Sample, Servo, csv,
 };
 use servosim::servo::{AxisParameters, Drive, LoopSettings, Pdff, Plant};
 use servosim::simulation::{Ending, Observer, Period, Simulation, SimulationError};
@@ -127,7 +127,17 @@ fn validates_every_signal_comes_back_bit_for_bit() {
     assert_eq!(recording.run["scenario_sha256"], "3540cd036deaa330d946ebe6bc2dc493583b4999adc6db95607be39e25a158b4");
     assert_eq!(recording.plan["samples"], summary.samples.to_string());
     let topics: Vec<_> = recording.topics.iter().map(|t| (t.topic.as_str(), t.schema.as_str())).collect();
-    assert_eq!(topics, [("/servo", "servosim.Servo"), ("/scene", "foxglove.SceneUpdate"), ("/log", "foxglove.Log")]);
+    let scene = "foxglove.SceneUpdate";
+    assert_eq!(
+        topics,
+        [
+            ("/servo", "servosim.Servo"),
+            ("/path", scene),
+            ("/trace", scene),
+            ("/scene", scene),
+            ("/log", "foxglove.Log")
+        ]
+    );
     assert!(recording.log.iter().all(|line| !line.message.is_empty()));
     for [x, y] in &recording.desired_mm {
         let radius = (Vector2::new(*x, *y) - Vector2::new(1.0, -2.0)).norm();
@@ -342,9 +352,12 @@ fn a_full_disk_names_the_file_and_leaves_nothing() {
     let path = folder.path().join("circle.mcap");
     let whole = record(0.1).0.len();
     let run = |room: usize| -> Result<(), String> {
-        let recorder = Recorder::create_with(&path, RecordingMetadata::new("circle", SCENARIO), |file| {
-            BufWriter::with_capacity(64, FullDisk { file, room })
-        });
+        let recorder = Recorder::create_with(
+            &path,
+            RecordingMetadata::new("circle", SCENARIO),
+            RecordingOptions::default(),
+            |file| BufWriter::with_capacity(64, FullDisk { file, room }),
+        );
         let recorder = recorder.map_err(|error| error.to_string())?;
         let (recorder, summary) = record_with(recorder, 0.1).map_err(|error| error.to_string())?;
         recorder.finish(&summary).map_err(|error| error.to_string())?;

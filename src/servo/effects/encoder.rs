@@ -163,9 +163,12 @@ fn observer(bandwidth_hz: f64, damping: f64, period_s: f64) -> (f64, f64) {
 pub struct Noise {
     /// Standard deviation \[µm\], not negative.
     pub rms_um: f64,
-    /// Seed; give each axis its own.
+    /// Seed; give each axis its own: see [`Noise::seed_of_axis`].
     pub seed: u64,
 }
+
+/// Axes that share a seed of a scenario.
+const AXES_A_SEED: u64 = 8;
 
 parameters!(
     "White noise on the measured position",
@@ -176,6 +179,16 @@ parameters!(
 );
 
 impl Noise {
+    /// The seed of an axis (0, 1, …) where one seed is given for the machine.
+    pub fn seed_of_axis(seed: u32, axis: u64) -> u64 {
+        AXES_A_SEED * u64::from(seed) + axis % AXES_A_SEED
+    }
+
+    /// The seed that was given for the machine, see [`Noise::seed_of_axis`].
+    pub fn given_seed(&self) -> u64 {
+        self.seed / AXES_A_SEED
+    }
+
     /// The deviation in its range.
     ///
     /// # Errors
