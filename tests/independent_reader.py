@@ -24,7 +24,8 @@ try:
 except ImportError:
     Log_pb2 = SceneUpdate_pb2 = None
 
-TOPICS = {"/servo": "servosim.Servo", "/scene": "foxglove.SceneUpdate", "/log": "foxglove.Log"}
+SCENE = "foxglove.SceneUpdate"
+TOPICS = {"/servo": "servosim.Servo", "/path": SCENE, "/trace": SCENE, "/scene": SCENE, "/log": "foxglove.Log"}
 
 # Of runs whose drives are more than their model.
 DRIVES = {"/drives": "servosim.Drives"}
@@ -145,8 +146,8 @@ def check_file(check, name):
                 if told == 0:
                     check_fields(check, name, decoded.DESCRIPTOR, DRIVES_FIELDS)
                 told += 1
-            elif channel.topic == "/scene":
-                entities.extend((message.log_time, entity) for entity in decoded.entities)
+            elif channel.topic in ("/path", "/trace", "/scene"):
+                entities.extend((message.log_time, channel.topic, entity) for entity in decoded.entities)
         for what in ("log_time goes back", "publish_time differs", "sequence is not k", "log_time is not k Δt", "time_s is not k Δt", "drive signals out of order", "drive signals late"):
             check(f"{name}: {what}", errors[what] == 0, f"{errors[what]} times")
         check(f"{name}: samples", samples == figures["samples"], f"{samples}, the summary says {figures['samples']}")
@@ -182,16 +183,22 @@ def check_fields(check, name, descriptor, fields):
 
 
 def check_scene(check, name, entities):
-    desired = [(time, e) for time, e in entities if e.id == "desired path"]
+    desired = [(time, e) for time, topic, e in entities if topic == "/path"]
     check(f"{name}: the desired path, once, at t = 0", [time for time, _ in desired] == [0])
     check(f"{name}: desired path has points", all(len(line.points) > 1 for _, e in desired for line in e.lines))
-    pieces = [e for _, e in entities if e.id != "desired path"]
-    check(f"{name}: pieces are named apart", len({e.id for e in pieces}) == len(pieces) > 0)
-    joined = all(
-        a.lines[i].points[-1] == b.lines[i].points[0] for a, b in zip(pieces, pieces[1:]) for i in range(2)
-    )
-    check(f"{name}: pieces join", joined)
-    upright = all(line.pose.orientation.w == 1 for _, e in entities for line in e.lines)
+    traces = [(time, e) for time, topic, e in entities if topic == "/trace"]
+    check(f"{name}: whole traces replace each other", len({e.id for _, e in traces}) == 1 and len(traces) > 2)
+    begins = all(e.lines[i].points[0] == traces[0][1].lines[i].points[0] for _, e in traces for i in range(2))
+    check(f"{name}: every trace is from the beginning", begins)
+    # What came since the last whole trace goes on where that one ends.
+    joined, last = True, None
+    for _, topic, entity in entities:
+        if topic == "/trace":
+            last = entity
+        elif topic == "/scene" and last is not None:
+            joined &= all(last.lines[i].points[-1] == entity.lines[i].points[0] for i in range(2))
+    check(f"{name}: the newest piece joins the trace", joined)
+    upright = all(line.pose.orientation.w == 1 for _, _, e in entities for line in e.lines)
     check(f"{name}: lines are not turned", upright)
     keys = {pair.key for _, e in desired for pair in e.metadata}
     check(f"{name}: units and magnification are stated", {"unit", "error_magnification"} <= keys, keys)

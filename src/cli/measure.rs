@@ -1,13 +1,16 @@
 //! `servosim measure`: what is measured on a machine, measured on a scenario.
 
 use std::fmt::Write as _;
+use std::path::PathBuf;
 
 use crate::measure::{
     AxisResponse, AxisSteps, CircleRequest, CircleTest, Direction, Response, ResponseRequest, Spike, StepRequest,
-    Steps, circle, response, step,
+    Steps, circle, circle_observed, response, step,
 };
+use crate::recording::{Recorder, RecordingMetadata};
 use crate::report;
 use crate::scenario::{Document, Scenario};
+use crate::summary::SummaryObserver;
 use clap::{Args, Subcommand};
 
 use super::output::{OutputArgs, make_folder, note, printable, short, significant};
@@ -153,7 +156,9 @@ struct StepArgs {
 
 /// Measures.
 pub(crate) fn run(args: &MeasureArgs) -> Result<Outcome, CliError> {
-    end_when_interrupted("error: interrupted before the measurement was done; nothing was written");
+    end_when_interrupted(
+        "error: interrupted before the measurement was done; nothing was written but what `*.mcap.partial` holds of a circle",
+    );
     match &args.kind {
         Kind::Circle(args) => {
             let scenario = args.common.scenario()?;
@@ -169,12 +174,15 @@ pub(crate) fn run(args: &MeasureArgs) -> Result<Outcome, CliError> {
                 start_deg: args.start_deg,
                 turns: args.turns,
             };
-            let test = circle(&scenario, &request)?;
+            let (test, recordings) = recorded_circle(&args.common.out, &scenario, &request)?;
             show(
                 &args.common.out,
                 &test,
                 || circle_table(&test),
-                |folder, format| report::write_circle(&test, folder, &scenario.name, format),
+                |folder, format| {
+                    let plots = report::write_circle(&test, folder, &scenario.name, format)?;
+                    Ok(recordings.into_iter().chain(plots).collect())
+                },
             )?;
             if !test.locked_up {
                 return Ok(Outcome::Fine);
@@ -228,6 +236,29 @@ pub(crate) fn run(args: &MeasureArgs) -> Result<Outcome, CliError> {
             Ok(Outcome::Broken)
         }
     }
+}
+
+/// The circular test, with a recording of each direction where files are written.
+fn recorded_circle(
+    out: &OutputArgs,
+    scenario: &Scenario,
+    request: &CircleRequest,
+) -> Result<(CircleTest, Vec<PathBuf>), CliError> {
+    if out.plots.format().is_none() {
+        return Ok((circle(scenario, request)?, Vec::new()));
+    }
+    request.check(scenario)?;
+    make_folder(&out.folder)?;
+    let stems = ["ccw", "cw"].map(|direction| format!("{}-circle-{direction}", scenario.name));
+    let create = |stem: &str| {
+        let metadata = RecordingMetadata::new(stem, &scenario.source).with_drives(&scenario.drives);
+        Recorder::create(out.folder.join(format!("{stem}.mcap")), metadata)
+    };
+    let (mut first, mut second) = (create(&stems[0])?, create(&stems[1])?);
+    let [mut one, mut two] = stems.each_ref().map(|stem| SummaryObserver::<2>::new(stem.as_str()));
+    let test = circle_observed(scenario, request, [&mut [&mut one, &mut first], &mut [&mut two, &mut second]])?;
+    let saved = [first.finish(&one.summary())?, second.finish(&two.summary())?];
+    Ok((test, saved.into_iter().filter_map(|saved| saved.path).collect()))
 }
 
 /// Metrics first, then plots.

@@ -35,6 +35,28 @@ impl CircleRequest {
     pub fn of(scenario: &Scenario) -> Self {
         Self { radius_mm: 50.0, feed_mm_s: scenario.feed_mm_s, centre_mm: [0.0; 2], start_deg: 0.0, turns: 1 }
     }
+
+    /// Whether a scenario can run it.
+    ///
+    /// # Errors
+    /// A value out of its range.
+    pub fn check(&self, scenario: &Scenario) -> Result<(), MeasureError> {
+        let CircleRequest { radius_mm, feed_mm_s, turns, .. } = *self;
+        within("radius_mm", radius_mm, 1e-3, 1e5)?;
+        within("feed_mm_s", feed_mm_s, 1e-3, 1e5)?;
+        within("start_deg", self.start_deg, -1e6, 1e6)?;
+        for centre_mm in self.centre_mm {
+            within("centre_mm", centre_mm, -1e8, 1e8)?;
+        }
+        within("turns", f64::from(turns), 1.0, 100.0)?;
+        let once = TAU * radius_mm / feed_mm_s / scenario.settings.period_s;
+        if !(once >= LEAST_PERIODS) {
+            let most = TAU * radius_mm / LEAST_PERIODS / scenario.settings.period_s;
+            let needed = format!("at most {most:.6}: a turn of this radius would have only {once:.1} control periods");
+            return Err(MeasureError::Request(OutOfRange::new("feed_mm_s", feed_mm_s, needed)));
+        }
+        Ok(())
+    }
 }
 
 /// One point of the actual path.
@@ -155,22 +177,24 @@ const CLEAR: f64 = 1.5;
 /// # Errors
 /// A request out of its range, drives that cannot be simulated, a loop that diverges.
 pub fn circle(scenario: &Scenario, request: &CircleRequest) -> Result<CircleTest, MeasureError> {
+    circle_observed(scenario, request, [&mut [], &mut []])
+}
+
+/// As [`circle`], with observers of the two runs, counterclockwise and clockwise: each from rest over the turns in which the feed is reached
+/// and the measured ones to rest.
+///
+/// # Errors
+/// As [`circle`], and those of the observers.
+pub fn circle_observed(
+    scenario: &Scenario,
+    request: &CircleRequest,
+    observers: [&mut [&mut dyn Observer<2>]; 2],
+) -> Result<CircleTest, MeasureError> {
+    request.check(scenario)?;
     let CircleRequest { radius_mm, feed_mm_s, turns, .. } = *request;
-    within("radius_mm", radius_mm, 1e-3, 1e5)?;
-    within("feed_mm_s", feed_mm_s, 1e-3, 1e5)?;
-    within("start_deg", request.start_deg, -1e6, 1e6)?;
-    for centre_mm in request.centre_mm {
-        within("centre_mm", centre_mm, -1e8, 1e8)?;
-    }
-    within("turns", f64::from(turns), 1.0, 100.0)?;
-    let once = TAU * radius_mm / feed_mm_s / scenario.settings.period_s;
-    if !(once >= LEAST_PERIODS) {
-        let most = TAU * radius_mm / LEAST_PERIODS / scenario.settings.period_s;
-        let needed = format!("at most {most:.6}: a turn of this radius would have only {once:.1} control periods");
-        return Err(MeasureError::Request(OutOfRange::new("feed_mm_s", feed_mm_s, needed)));
-    }
     let idle = idle(scenario);
-    let both = [turn(&idle, request, false)?, turn(&idle, request, true)?];
+    let [first, second] = observers;
+    let both = [turn(&idle, request, false, first)?, turn(&idle, request, true, second)?];
     let points: Vec<Point> = both.iter().flat_map(|run| run.samples.iter().map(|sample| sample.point)).collect();
     let (narrow, least) = (Zone::narrowest(&points, radius_mm), Zone::least_squares(&points, radius_mm));
     let (mut warnings, mut locked_up) = (Vec::new(), false);
@@ -254,7 +278,12 @@ impl Observer<2> for Gather {
 }
 
 /// Runs one direction.
-fn turn(scenario: &Scenario, request: &CircleRequest, clockwise: bool) -> Result<Run, MeasureError> {
+fn turn(
+    scenario: &Scenario,
+    request: &CircleRequest,
+    clockwise: bool,
+    observers: &mut [&mut dyn Observer<2>],
+) -> Result<Run, MeasureError> {
     let CircleRequest { radius_mm, feed_mm_s, centre_mm, start_deg, turns } = *request;
     let settings = &scenario.settings;
     // Along the path no more acceleration than across it.
@@ -285,7 +314,9 @@ fn turn(scenario: &Scenario, request: &CircleRequest, clockwise: bool) -> Result
         saturated: 0,
         lockup: None,
     };
-    run.run(&Limits::default(), None, &mut [&mut gather])?;
+    let mut all: Vec<&mut dyn Observer<2>> = vec![&mut gather];
+    all.extend(observers.iter_mut().map(|observer| &mut **observer as &mut dyn Observer<2>));
+    run.run(&Limits::default(), None, &mut all)?;
     let saturated = (gather.saturated > 0).then(|| format!("saturated in {} samples", gather.saturated));
     let locked_up = gather.lockup.is_some();
     Ok(Run { clockwise, samples: gather.samples, locked_up, warning: gather.lockup.or(saturated) })

@@ -26,7 +26,7 @@ mod roundness;
 mod single_axis;
 mod step;
 
-pub use circle::{CircleRequest, CircleTest, Direction, Radial, Spike, circle};
+pub use circle::{CircleRequest, CircleTest, Direction, Radial, Spike, circle, circle_observed};
 pub use response::{AxisResponse, Response, ResponsePoint, ResponseRequest, response};
 pub use step::{AxisSteps, RampMetrics, Sampled, StepMetrics, StepRequest, Steps, step};
 

@@ -22,6 +22,7 @@ pub mod csv;
 mod error;
 mod fields;
 mod foxglove;
+mod layout;
 mod log;
 mod messages;
 mod place;

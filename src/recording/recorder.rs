@@ -13,6 +13,7 @@ use prost::Message;
 
 use super::error::{RecordingError, into_io};
 use super::foxglove::{Level, Log, SceneUpdate};
+use super::layout::{LayoutOf, layout};
 use super::log::{self, Thinning};
 use super::messages::{
     AxisSignals, DriveSignals, Drives, Drives3, Nearest, PathSignals, Servo, Servo3, Third, ThirdDrive,
@@ -110,6 +111,8 @@ pub struct Saved<W> {
     pub path: Option<PathBuf>,
     /// What it was written to, flushed.
     pub writer: W,
+    /// A layout for Foxglove or Lichtblick that fits the run, as the JSON document that they import.
+    pub layout: String,
 }
 
 /// Writes a run to an MCAP file as it happens. Its memory does not grow with the run (but for some 200 bytes a chunk).
@@ -142,9 +145,23 @@ struct Run {
     last: u64,
     /// Where in its program the run is.
     place: BlockPlace,
+    contour_error_limit_um: Option<f64>,
+    voltage_limits_v: Vec<f64>,
     scene_messages: u32,
     trace_messages: u32,
     log_messages: u32,
+}
+
+impl Run {
+    /// The layout that fits it.
+    fn layout(&self) -> String {
+        layout(&LayoutOf {
+            extent_mm: self.scene.extent_mm,
+            contour_error_limit_um: self.contour_error_limit_um,
+            voltage_limits_v: self.voltage_limits_v.clone(),
+            has_drives: matches!(self.drives, DriveTopic::On(_)),
+        })
+    }
 }
 
 /// Whether the drives tell anything: the first sample knows.
@@ -276,7 +293,8 @@ impl<W: Write> Recorder<W> {
     }
 
     fn close(mut self, summary: &Summary, whole: bool) -> Result<Saved<W>, RecordingError> {
-        let Some((thinning, time_ns)) = self.run.as_ref().map(|run| (run.thinning, run.time_ns)) else {
+        let Some((thinning, time_ns, layout)) = self.run.as_ref().map(|run| (run.thinning, run.time_ns, run.layout()))
+        else {
             return Err(self.out_of_order("it is finished before its run began"));
         };
         self.picture(Due::Trace)?;
@@ -308,7 +326,7 @@ impl<W: Write> Recorder<W> {
             Some(place) => Some(place.partial),
             None => None,
         };
-        Ok(Saved { path, writer })
+        Ok(Saved { path, writer, layout })
     }
 
     /// Gives up: removes the partial file and says what happened.
@@ -460,6 +478,8 @@ impl<W: Write> Recorder<W> {
             next: 0,
             last: plan.samples.saturating_sub(1),
             place: BlockPlace::default(),
+            contour_error_limit_um: *contour_error_um,
+            voltage_limits_v: plan.axes.iter().map(|axis| axis.drive.voltage_limit_v).collect(),
             scene_messages: 0,
             trace_messages: 0,
             log_messages: 0,

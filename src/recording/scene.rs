@@ -51,6 +51,8 @@ const RED: Color = Color { r: 0.9, g: 0.25, b: 0.15, a: 1.0 };
 pub(crate) struct Scene {
     /// By how much the error is magnified.
     pub(crate) magnification: f64,
+    /// Lowest and highest coordinates of the desired path \[mm\].
+    pub(crate) extent_mm: (Vector3<f64>, Vector3<f64>),
     /// A point is kept once the tool or the drawn error has moved this far \[mm\] …
     thinning_mm: f64,
     /// … and this many periods have passed since the last one.
@@ -112,6 +114,7 @@ impl Scene {
         };
         let scene = Self {
             magnification,
+            extent_mm: (low, high),
             thinning_mm: extent_mm / 2000.0,
             stride: plan.samples.div_ceil(4 * MAX_TRACE_POINTS as u64),
             since_kept: 0,

@@ -53,12 +53,13 @@ fn the_path_and_the_whole_trace_are_there_from_any_time_on() {
         let pictures: usize = [&path, &trace, &newest].into_iter().flatten().map(|(.., size)| size).sum();
         assert!((pictures as f64) < most_share * servo as f64, "{set}: {pictures} of {servo}");
 
-        let period_ns = summary.period_s * 1e9;
         let first = samples[0].servo;
         for at in (1..20).map(|i| summary.samples * i / 20) {
-            let time_ns = (at as f64 * period_ns) as u64;
+            let time_s = samples[usize::try_from(at).unwrap()].servo.time_s;
             // The last message of each topic; one of `/scene` from before the last whole trace is part of it.
-            let last = |of: &[(u64, Vec<Vec<Point3>>, usize)]| of.iter().rfind(|(time, ..)| *time <= time_ns).cloned();
+            let last = |of: &[(u64, Vec<Vec<Point3>>, usize)]| {
+                of.iter().rfind(|(time, ..)| *time as f64 * 1e-9 <= time_s + 1e-9).cloned()
+            };
             let mut shown: Vec<Point3> = Vec::new();
             let whole = last(&trace);
             shown.extend(whole.iter().flat_map(|(_, lines, _)| &lines[0]));
@@ -68,7 +69,7 @@ fn the_path_and_the_whole_trace_are_there_from_any_time_on() {
             // From the beginning …
             assert!(shown.iter().any(|p| p.x == first.x.actual_mm && p.y == first.y.actual_mm), "{set} {at}");
             // … to a fiftieth of the run before that time, without a hole.
-            let known = at.saturating_sub(summary.samples / 50 + 60) as usize;
+            let known = usize::try_from(at.saturating_sub(summary.samples / 50 + 60)).unwrap();
             for sample in &samples[..known] {
                 let (x, y) = (sample.servo.x.actual_mm, sample.servo.y.actual_mm);
                 let near = shown.iter().map(|p| (p.x - x).hypot(p.y - y)).fold(f64::INFINITY, f64::min);

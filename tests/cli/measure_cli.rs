@@ -24,7 +24,23 @@ fn the_circle_is_told_drawn_and_written() {
         .stdout(starts_with("alpha: circular test, radius 20 mm at 100 mm/s\n"))
         .stdout(contains("circular deviation G").and(contains("bidirectional deviation G(b)")))
         .stdout(contains("spike at 90° (Y turns back)"))
-        .stderr("wrote output/alpha-circle.svg\n");
+        .stderr("wrote output/alpha-circle-ccw.mcap, output/alpha-circle-cw.mcap and output/alpha-circle.svg\n");
+    // Every control period of both directions is recorded: the measured turns are there, to the bit.
+    let radial = |direction: &str| -> Vec<f64> {
+        let csv = folder.servosim(&format!("inspect output/alpha-circle-{direction}.mcap --csv")).assert().success();
+        let csv = String::from_utf8(csv.get_output().stdout.clone()).unwrap();
+        let mut lines = csv.lines();
+        let column = |name: &str, header: &str| header.split(',').position(|field| field == name).unwrap();
+        let header = lines.next().unwrap();
+        let (x, y) = (column("x_actual_mm", header), column("y_actual_mm", header));
+        let value = |line: &str, column: usize| -> f64 { line.split(',').nth(column).unwrap().parse().unwrap() };
+        lines.map(|line| 1e3 * (value(line, x).hypot(value(line, y)) - 20.0)).collect()
+    };
+    let test = json(&folder, "measure circle alpha --radius-mm 20", 0);
+    for (i, direction) in ["ccw", "cw"].into_iter().enumerate() {
+        let largest = test["directions"][i]["radial_max_um"].as_f64().unwrap();
+        assert!(radial(direction).iter().any(|um| (um - largest).abs() < 1e-9), "{direction}: {largest}");
+    }
     let svg = fs::read_to_string(folder.path("output/alpha-circle.svg")).unwrap();
     assert!(svg.starts_with("<svg") && svg.contains("µm a division") && svg.contains("270°"));
     let value = json(

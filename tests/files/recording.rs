@@ -562,19 +562,47 @@ fn any_writer_gets_the_same_bytes() {
     assert_eq!(cursor.into_inner(), record(0.1).0);
 }
 
-/// Every `"value": "/servo…"` of the viewer layout is a signal that a recording has.
+/// The layout that fits a run of a built-in scenario.
+fn layout(name: &str) -> String {
+    let scenario = servosim::scenario::Scenario::builtin(name).unwrap();
+    let mut recorder = Recorder::new(Vec::new(), RecordingMetadata::new(name, "")).unwrap();
+    let mut summary = scenario.summary_observer();
+    scenario.run(&mut [&mut summary, &mut recorder]).unwrap();
+    recorder.finish(&summary.summary()).unwrap().layout
+}
+
+/// Every `"value": "/servo…"` of a layout is a signal that a recording has.
 #[test]
 fn the_viewer_layout_plots_signals_that_exist() {
-    let layout =
-        fs::read_to_string(Path::new(env!("CARGO_MANIFEST_DIR")).join("scenarios/servosim.layout.json")).unwrap();
-    let layout: serde_json::Value = serde_json::from_str(&layout).unwrap();
+    // The one beside the scenarios is that of alpha.
+    let shipped = Path::new(env!("CARGO_MANIFEST_DIR")).join("scenarios/servosim.layout.json");
+    assert!(
+        fs::read_to_string(shipped).unwrap() == layout("alpha"),
+        "servosim run alpha writes the layout that is shipped"
+    );
+    for name in ["alpha", "alpha-real", "heart"] {
+        let layout: serde_json::Value = serde_json::from_str(&layout(name)).unwrap();
+        the_panels_fit(&layout);
+        let text = layout.to_string();
+        assert_eq!(text.contains("/drives"), name == "alpha-real");
+        assert!(text.contains("limit (µm), ") && text.contains("saturation (V), -5"), "{name}");
+        // All of the path is in sight.
+        let camera = &layout["configById"]["3D!scene"]["cameraState"];
+        let distance = camera["distance"].as_f64().unwrap();
+        assert!(distance > 20.0 && distance < 200.0, "{distance}");
+    }
+}
+
+fn the_panels_fit(layout: &serde_json::Value) {
     let panels = layout["configById"].as_object().unwrap();
     let mut signals = 0;
     for (name, panel) in panels {
         for path in panel["paths"].as_array().into_iter().flatten() {
             let value = path["value"].as_str().unwrap();
-            if let Some(signal) = value.strip_prefix("/servo.") {
-                assert!(csv::COLUMNS.contains(&signal.replace('.', "_").as_str()), "{name}: {value}");
+            if let Some(signal) = value.strip_prefix("/servo.").or_else(|| value.strip_prefix("/drives.")) {
+                let column = signal.replace('.', "_");
+                let known = [csv::COLUMNS, csv::DRIVE_COLUMNS].concat();
+                assert!(known.contains(&column.as_str()), "{name}: {value}");
                 signals += 1;
             } else {
                 assert!(value.parse::<f64>().is_ok(), "{name}: {value} is neither a signal nor a reference line");
