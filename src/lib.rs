@@ -86,3 +86,4 @@ pub mod summary;
 pub mod sweep;
 pub mod toolpath;
 pub mod tuning;
+mod whole_file;

@@ -5,6 +5,7 @@ use std::io::{self, Write};
 use std::path::{Path, PathBuf};
 
 use crate::scenario::Document;
+use crate::whole_file;
 use clap::Args;
 
 use super::output::{print, printable};
@@ -85,12 +86,7 @@ fn write(path: &Path, text: &str, replace: bool) -> io::Result<()> {
     if fs::metadata(path).is_ok_and(|meta| !meta.is_file()) {
         return Err(io::Error::other("it is no file"));
     }
-    let mut unfinished = path.as_os_str().to_owned();
-    unfinished.push(format!(".{}.part", std::process::id()));
-    create(Path::new(&unfinished))?;
-    fs::rename(&unfinished, path).inspect_err(|_| {
-        let _ = fs::remove_file(&unfinished);
-    })
+    whole_file::write(path, text.as_bytes())
 }
 
 /// A file's name as a shell takes it.

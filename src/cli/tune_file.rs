@@ -1,11 +1,12 @@
 //! The tuned scenario as a file.
 
 use std::fs;
-use std::io::{self, Read};
+use std::io::Read;
 use std::path::{Path, PathBuf};
 
 use crate::scenario::Document;
 use crate::tuning::TuningReport;
+use crate::whole_file;
 
 use super::CliError;
 use super::output::{printable, significant};
@@ -72,7 +73,8 @@ impl Place {
             tuned.set(&format!("name={}", toml_string(&self.name)))?;
             whole = text(&tuned);
         }
-        write_whole(&self.path, &whole).map_err(|source| CliError::Write { path: self.path.clone(), source })?;
+        whole_file::write(&self.path, whole.as_bytes())
+            .map_err(|source| CliError::Write { path: self.path.clone(), source })?;
         Ok(self.path.clone())
     }
 }
@@ -112,15 +114,4 @@ fn without_head(text: &str) -> &str {
 
 fn toml_string(text: &str) -> String {
     toml_edit::Value::from(text).to_string()
-}
-
-/// Beside the final name first: what stands under it is always whole.
-fn write_whole(path: &Path, text: &str) -> io::Result<()> {
-    let mut unfinished = path.as_os_str().to_owned();
-    unfinished.push(format!(".{}.part", std::process::id()));
-    let unfinished = PathBuf::from(unfinished);
-    fs::write(&unfinished, text).and_then(|()| fs::rename(&unfinished, path)).inspect_err(|_| {
-        // The failure that is told of is the one of writing.
-        let _ = fs::remove_file(&unfinished);
-    })
 }

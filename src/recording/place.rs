@@ -7,6 +7,7 @@ use std::path::{Path, PathBuf};
 use mcap::MAGIC;
 
 use super::error::RecordingError;
+use crate::whole_file::sync_folder;
 
 /// The two names of a recording on disk.
 #[derive(Debug)]
@@ -16,7 +17,7 @@ pub(crate) struct Place {
     /// The name that it is written under.
     pub(crate) partial: PathBuf,
     /// Holds the lock on the partial file: a second run to the same name is refused while this one lasts.
-    _lock: Option<File>,
+    lock: Option<File>,
 }
 
 impl Place {
@@ -31,7 +32,7 @@ impl Place {
         name.push(".partial");
         let partial = path.with_file_name(name);
         let file = open_partial(&partial)?;
-        let place = Self { whole: path.to_owned(), partial, _lock: file.try_clone().ok() };
+        let place = Self { whole: path.to_owned(), partial, lock: file.try_clone().ok() };
         Ok((place, file))
     }
 
@@ -39,11 +40,15 @@ impl Place {
     pub(crate) fn keep(&self) -> Result<(), RecordingError> {
         // It may have come into being since the run began.
         check_whole(&self.whole)?;
-        fs::rename(&self.partial, &self.whole).map_err(|source| RecordingError::Rename {
-            partial: self.partial.clone(),
-            whole: self.whole.clone(),
-            source,
-        })
+        let renamed =
+            |source| RecordingError::Rename { partial: self.partial.clone(), whole: self.whole.clone(), source };
+        // On the disk before it has its name.
+        if let Some(file) = &self.lock {
+            file.sync_all().map_err(renamed)?;
+        }
+        fs::rename(&self.partial, &self.whole).map_err(renamed)?;
+        sync_folder(&self.whole);
+        Ok(())
     }
 
     /// Removes the unfinished file.

@@ -6,6 +6,7 @@ use std::path::{Path, PathBuf};
 use super::error::ReportError;
 use super::figure::Figure;
 use super::format::Format;
+use crate::whole_file;
 
 /// Writes each figure as `STEM-NAME.svg` (or `.png`) into `folder`, which is made if it is missing; existing files are
 /// replaced. Returns the files in the order of the figures. The way of every plot to its file, of runs and of anything else.
@@ -56,12 +57,5 @@ pub(super) fn check_stem(stem: &str) -> Result<(), ReportError> {
 /// # Errors
 /// The file cannot be written; nothing is left of it, and an existing one is as it was.
 pub fn write_file(file: &Path, bytes: &[u8]) -> Result<(), ReportError> {
-    let name = file.file_name().map(|name| name.to_string_lossy().into_owned()).unwrap_or_default();
-    // Beside the final file, so that renaming never crosses file systems.
-    let unfinished = file.with_file_name(format!(".{name}.{}.part", std::process::id()));
-    fs::write(&unfinished, bytes).and_then(|()| fs::rename(&unfinished, file)).map_err(|source| {
-        // What could not be written is not left behind; that it cannot be removed either adds nothing.
-        let _ = fs::remove_file(&unfinished);
-        ReportError::Write { file: file.to_owned(), source }
-    })
+    whole_file::write(file, bytes).map_err(|source| ReportError::Write { file: file.to_owned(), source })
 }

@@ -1,7 +1,7 @@
 //! The results as tables: CSV, and with the feature `parquet` Parquet; one row a point. They depend on the definition alone.
 
 use std::fmt::Write as _;
-use std::fs::{self, File};
+use std::fs;
 use std::io::{self, BufWriter, Write};
 use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -16,6 +16,7 @@ use super::outcome::{Outcome, Tally};
 use super::parquet_table::ParquetTable;
 use super::picture::Sketch;
 use super::variable::{Value, plain, write_number};
+use crate::whole_file::Draft;
 
 /// What [`export`] wrote and found.
 #[derive(Debug)]
@@ -59,19 +60,26 @@ pub fn export(
     let stem = format!("{}-sweep", sweep.scenario().name);
     let endings: &[&str] = if cfg!(feature = "parquet") { &["parquet", "csv"] } else { &["csv"] };
     let files: Vec<PathBuf> = endings.iter().map(|ending| folder.join(format!("{stem}.{ending}"))).collect();
-    let draft = |ending: &&str| folder.join(format!(".{stem}.{ending}.{}.part", std::process::id()));
-    let drafts: Vec<PathBuf> = endings.iter().map(draft).collect();
-    let csv = &draft(&"csv");
-
     let mut tally = Tally::new(metric);
     let mut sketch = Sketch::new(sweep, metric);
     let write = |tally: &mut Tally, sketch: &mut Sketch| -> Result<(), SweepError> {
-        let create = |path: &Path| File::create(path).map_err(|source| failed(path, source));
+        let csv = &folder.join(format!("{stem}.csv"));
+        let mut drafts = files
+            .iter()
+            .map(|file| Draft::create(file).map_err(|source| failed(file, source)))
+            .collect::<Result<Vec<_>, _>>()?;
+        let mut handles = Vec::with_capacity(drafts.len());
+        for (draft, file) in drafts.iter_mut().zip(&files) {
+            handles.push(draft.file().try_clone().map_err(|source| failed(file, source))?);
+        }
+        // In the order of the endings.
+        let mut handles = handles.into_iter();
+        let mut next = || handles.next().ok_or_else(|| failed(csv, io::ErrorKind::NotFound.into()));
         #[cfg(feature = "parquet")]
-        let parquet = &draft(&"parquet");
+        let parquet = &folder.join(format!("{stem}.parquet"));
         #[cfg(feature = "parquet")]
-        let mut table = ParquetTable::new(sweep, create(parquet)?).map_err(|source| failed(parquet, source))?;
-        let mut text = BufWriter::with_capacity(1 << 20, create(csv)?);
+        let mut table = ParquetTable::new(sweep, next()?).map_err(|source| failed(parquet, source))?;
+        let mut text = BufWriter::with_capacity(1 << 20, next()?);
         write_csv_header(&mut text, sweep).map_err(|source| failed(csv, source))?;
         let mut line = String::new();
         for journal in journals {
@@ -103,19 +111,12 @@ pub fn export(
         text.flush().map_err(|source| failed(csv, source))?;
         #[cfg(feature = "parquet")]
         table.finish().map_err(|source| failed(parquet, source))?;
-        for (draft, file) in drafts.iter().zip(&files) {
-            fs::rename(draft, file).map_err(|source| failed(file, source))?;
+        for (draft, file) in drafts.into_iter().zip(&files) {
+            draft.keep().map_err(|source| failed(file, source))?;
         }
         Ok(())
     };
-    let written = write(&mut tally, &mut sketch);
-    if let Err(error) = written {
-        for draft in &drafts {
-            // What is told of is why it could not be written.
-            let _ = fs::remove_file(draft);
-        }
-        return Err(error);
-    }
+    write(&mut tally, &mut sketch)?;
     let best = tally.best();
     let outcome = tally.outcome(sweep);
     if outcome.invalid == outcome.points {

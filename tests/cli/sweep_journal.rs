@@ -273,7 +273,13 @@ fn killed_or_interrupted_the_same_command_goes_on() {
             );
         }
     }
+    // What a killed process has left unfinished goes with the next one.
+    let mut ended = Command::new("true").spawn().unwrap();
+    ended.wait().unwrap();
+    let left = format!("output/.alpha-sweep.csv.{}.part", ended.id());
+    folder.write(&left, "half");
     folder.servosim(sweep).assert().success().stderr(contains("going on after"));
+    assert!(!folder.path(&left).exists());
     folder.servosim(&format!("{sweep} --output whole")).assert().success();
     assert_eq!(tables(&folder.path("output"), "alpha"), tables(&folder.path("whole"), "alpha"));
     assert!(!journal.exists());
