@@ -1,12 +1,9 @@
-//! What a run is held to, and what happens on the way that a person should hear of.
-
-use crate::parameters::{Entry, Parameter, Parameters, Range, axis_name};
-use std::fmt;
+//! The limits of a run, and how a run is checked against them.
 
 use serde::{Deserialize, Deserializer, Serialize, Serializer};
 
-use crate::feedrate::{AxisLimits, OverrideChange};
-use crate::servo::Lockup;
+use crate::feedrate::AxisLimits;
+use crate::parameters::{Entry, Parameter, Parameters, Range};
 
 /// Limits that a run is held to; a missing one is not checked.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
@@ -21,6 +18,14 @@ pub struct Limits {
     pub accel_mm_s2: Option<f64>,
     /// Largest jerk along the path \[mm/s³\]; of any axis where [`Limits::axes`] are set.
     pub jerk_mm_s3: Option<f64>,
+    /// Largest magnitude of the acceleration vector of the setpoints `a t + v² k` \[mm/s²\].
+    pub vector_accel_mm_s2: Option<f64>,
+    /// Largest magnitude of the jerk vector of the setpoints `j t + 3 v a k + v³ k'` \[mm/s³\].
+    pub vector_jerk_mm_s3: Option<f64>,
+    /// Largest acceleration of the setpoints of any axis, either sign \[mm/s²\].
+    pub axis_accel_mm_s2: Option<f64>,
+    /// Largest jerk of the setpoints of any axis, either sign \[mm/s³\].
+    pub axis_jerk_mm_s3: Option<f64>,
     /// The limits of X and Y that the feed is planned under: the commands are held to them to 0.1 %.
     pub axes: Option<AxisLimits<2>>,
 }
@@ -111,6 +116,70 @@ impl Parameters for Limits {
                 true
             },
         },
+        Entry {
+            parameter: Parameter::new(
+                "limits.vector_accel_mm_s2",
+                "mm/s²",
+                Range::ABOVE_ZERO,
+                "Largest acceleration vector of the setpoints, curvature included",
+            )
+            .otherwise("not checked")
+            .logarithmic(100.0, 1e5)
+            .hint(UNCHECKED),
+            get: |limits| limits.vector_accel_mm_s2,
+            set: |limits, value| {
+                limits.vector_accel_mm_s2 = Some(value);
+                true
+            },
+        },
+        Entry {
+            parameter: Parameter::new(
+                "limits.vector_jerk_mm_s3",
+                "mm/s³",
+                Range::ABOVE_ZERO,
+                "Largest jerk vector of the setpoints, curvature included",
+            )
+            .otherwise("not checked")
+            .logarithmic(1e3, 1e7)
+            .hint(UNCHECKED),
+            get: |limits| limits.vector_jerk_mm_s3,
+            set: |limits, value| {
+                limits.vector_jerk_mm_s3 = Some(value);
+                true
+            },
+        },
+        Entry {
+            parameter: Parameter::new(
+                "limits.axis_accel_mm_s2",
+                "mm/s²",
+                Range::ABOVE_ZERO,
+                "Largest acceleration of any axis, of the setpoints",
+            )
+            .otherwise("not checked")
+            .logarithmic(100.0, 1e5)
+            .hint(UNCHECKED),
+            get: |limits| limits.axis_accel_mm_s2,
+            set: |limits, value| {
+                limits.axis_accel_mm_s2 = Some(value);
+                true
+            },
+        },
+        Entry {
+            parameter: Parameter::new(
+                "limits.axis_jerk_mm_s3",
+                "mm/s³",
+                Range::ABOVE_ZERO,
+                "Largest jerk of any axis, of the setpoints",
+            )
+            .otherwise("not checked")
+            .logarithmic(1e3, 1e7)
+            .hint(UNCHECKED),
+            get: |limits| limits.axis_jerk_mm_s3,
+            set: |limits, value| {
+                limits.axis_jerk_mm_s3 = Some(value);
+                true
+            },
+        },
     ];
 }
 
@@ -123,7 +192,8 @@ pub fn is_kept(value: f64, limit: f64) -> bool {
     value <= limit * (1.0 + ROUNDING)
 }
 
-/// Share of an axis' limit that a feed planned under it may be above it between the places where it was looked at.
+/// Share of a limit that a motion planned under it (axis by axis, or a change of the feed override under the peaks of the plan) may be
+/// above it between the places where it was looked at.
 const PLANNED: f64 = 1e-3;
 
 /// What the limits of the axes are called.
@@ -171,8 +241,14 @@ pub struct Peaks {
     pub accel_mm_s2: f64,
     /// See [`Limits::jerk_mm_s3`].
     pub jerk_mm_s3: f64,
-    /// Commanded velocity \[mm/s\], acceleration \[mm/s²\] and jerk \[mm/s³\] of X and of Y.
-    pub axes: [[f64; 3]; 2],
+    /// See [`Limits::vector_accel_mm_s2`].
+    pub vector_accel_mm_s2: f64,
+    /// See [`Limits::vector_jerk_mm_s3`].
+    pub vector_jerk_mm_s3: f64,
+    /// Commanded velocity \[mm/s\], acceleration \[mm/s²\] and jerk \[mm/s³\] of X, of Y and, where there is one, of Z.
+    pub axes: [[f64; 3]; 3],
+    /// Whether the feed override changes on the way: its changes keep the peaks of the plan to 0.1 %, and so do the checks.
+    pub overridden: bool,
 }
 
 /// A limit that is set.
@@ -186,11 +262,12 @@ pub(crate) struct Held {
 
 impl Limits {
     /// How many limits there are.
-    pub(crate) const COUNT: usize = 11;
+    pub(crate) const COUNT: usize = 15;
 
     /// Holds every limit against `peaks`; none for those that are not set.
     pub(crate) fn held(&self, peaks: &Peaks) -> [Option<Held>; Self::COUNT] {
-        let most = |k: usize| peaks.axes[0][k].max(peaks.axes[1][k]);
+        let most = |k: usize| peaks.axes.iter().map(|axis| axis[k]).fold(0.0, f64::max);
+        let planned = self.axes.is_some() || peaks.overridden;
         let along = [
             ("contour_error_um", peaks.contour_error_um, self.contour_error_um),
             ("tracking_error_um", peaks.tracking_error_um, self.tracking_error_um),
@@ -198,10 +275,15 @@ impl Limits {
             // A feed that is planned axis by axis knows no limits along the path: two axes together are faster than one.
             ("accel_mm_s2", if self.axes.is_some() { most(1) } else { peaks.accel_mm_s2 }, self.accel_mm_s2),
             ("jerk_mm_s3", if self.axes.is_some() { most(2) } else { peaks.jerk_mm_s3 }, self.jerk_mm_s3),
+            ("vector_accel_mm_s2", peaks.vector_accel_mm_s2, self.vector_accel_mm_s2),
+            ("vector_jerk_mm_s3", peaks.vector_jerk_mm_s3, self.vector_jerk_mm_s3),
+            ("axis_accel_mm_s2", most(1), self.axis_accel_mm_s2),
+            ("axis_jerk_mm_s3", most(2), self.axis_jerk_mm_s3),
         ];
+        let scalars = along.len();
         let mut all = [None; Self::COUNT];
         for (i, (held, (name, value, limit))) in all.iter_mut().zip(along).enumerate() {
-            let slack = if i >= 3 && self.axes.is_some() { 1.0 + PLANNED } else { 1.0 };
+            let slack = if i >= 3 && planned { 1.0 + PLANNED } else { 1.0 };
             *held = limit.map(|limit| Held { name, value, limit, kept: is_kept(value, limit * slack) });
         }
         if let Some(axes) = &self.axes {
@@ -210,7 +292,7 @@ impl Limits {
                 for (k, limit) in limits.into_iter().enumerate() {
                     let value = peaks.axes[axis][k];
                     let kept = is_kept(value, limit * (1.0 + PLANNED));
-                    all[5 + 3 * axis + k] = Some(Held { name: AXIS_LIMITS[axis][k], value, limit, kept });
+                    all[scalars + 3 * axis + k] = Some(Held { name: AXIS_LIMITS[axis][k], value, limit, kept });
                 }
             }
         }
@@ -220,128 +302,5 @@ impl Limits {
     pub fn check(&self, peaks: &Peaks) -> Vec<LimitCheck> {
         let check = |Held { name, value, limit, kept }| LimitCheck { name: name.to_owned(), value, limit, kept };
         self.held(peaks).into_iter().flatten().map(check).collect()
-    }
-}
-
-/// How much an event matters.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
-pub enum Severity {
-    /// Worth knowing.
-    Info,
-    /// Worth a look.
-    Warning,
-    /// The run is not what was asked for.
-    Error,
-}
-
-/// Something that happened during a run.
-#[derive(Debug, Clone, PartialEq)]
-#[non_exhaustive]
-pub enum Event {
-    /// An axis' voltage reached its limit.
-    SaturationBegan {
-        /// Axis, from 0.
-        axis: usize,
-        /// When \[s\].
-        time_s: f64,
-    },
-    /// It came back.
-    SaturationEnded {
-        /// Axis, from 0.
-        axis: usize,
-        /// When \[s\].
-        time_s: f64,
-        /// For how long it had been saturated \[s\].
-        lasted_s: f64,
-    },
-    /// A limit was passed for the first time.
-    LimitPassed {
-        /// Key of the limit, with its unit.
-        name: &'static str,
-        /// The value that passed it.
-        value: f64,
-        /// The limit.
-        limit: f64,
-        /// When \[s\].
-        time_s: f64,
-    },
-    /// An axis saturated and does not recover.
-    LockedUp {
-        /// Axis, from 0.
-        axis: usize,
-        /// What was found.
-        lockup: Lockup,
-    },
-    /// The feed override begins to change.
-    OverrideChanged {
-        /// To what, and what comes of it.
-        change: OverrideChange,
-        /// When \[s\].
-        time_s: f64,
-    },
-    /// The user stopped the run.
-    Interrupted {
-        /// After this sample \[s\].
-        time_s: f64,
-    },
-}
-
-impl Event {
-    /// When it happened \[s\].
-    pub fn time_s(&self) -> f64 {
-        match self {
-            Self::SaturationBegan { time_s, .. }
-            | Self::SaturationEnded { time_s, .. }
-            | Self::LimitPassed { time_s, .. }
-            | Self::OverrideChanged { time_s, .. }
-            | Self::Interrupted { time_s } => *time_s,
-            Self::LockedUp { lockup, .. } => lockup.time_s,
-        }
-    }
-
-    /// How much it matters.
-    pub fn severity(&self) -> Severity {
-        match self {
-            Self::SaturationEnded { .. } | Self::OverrideChanged { .. } => Severity::Info,
-            Self::SaturationBegan { .. } | Self::LimitPassed { .. } | Self::Interrupted { .. } => Severity::Warning,
-            Self::LockedUp { .. } => Severity::Error,
-        }
-    }
-}
-
-impl fmt::Display for Event {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let name = |axis: usize| axis_name(axis);
-        match self {
-            Self::SaturationBegan { axis, .. } => write!(f, "axis {}: saturation began", name(*axis)),
-            Self::SaturationEnded { axis, lasted_s, .. } => {
-                write!(f, "axis {}: saturation ended after {:.1} ms", name(*axis), 1e3 * lasted_s)
-            }
-            Self::LimitPassed { name, value, limit, .. } => write!(f, "limit {name} = {limit} passed: {value:.4}"),
-            Self::LockedUp { axis, lockup } => write!(
-                f,
-                "axis {} locked up: saturating since {:.3} s and not recovering, {:.3} mm behind ({})",
-                name(*axis),
-                lockup.since_s,
-                lockup.error_mm,
-                lockup.kind
-            ),
-            Self::OverrideChanged { change, .. } => {
-                let &OverrideChange { ratio, asked_s, transition_s, reached, after_the_end, .. } = change;
-                let what =
-                    if ratio > 0.0 { format!("feed override: {} %", 100.0 * ratio) } else { "feed hold".to_owned() };
-                if after_the_end {
-                    return write!(f, "{what}, after the end of the motion: no effect");
-                }
-                write!(f, "{what}{} within {transition_s:.4} s", if ratio > 0.0 { "" } else { ": at rest" })?;
-                if reached != ratio {
-                    write!(f, ", cut off at {:.1} %", 100.0 * reached)?;
-                } else if asked_s > 0.0 && transition_s > 1.001 * asked_s {
-                    write!(f, " ({asked_s} s was asked for: the limits need longer)")?;
-                }
-                Ok(())
-            }
-            Self::Interrupted { .. } => f.write_str("interrupted by the user"),
-        }
     }
 }

@@ -4,9 +4,9 @@ use crate::parameters::axis_name;
 use serde::{Deserialize, Serialize};
 
 use crate::feedrate::OverrideChange;
-use crate::limits::{Event, LimitCheck, Limits, Peaks, finite_or_null, null_is_infinite};
+use crate::limits::{LimitCheck, Limits, Peaks, finite_or_null, null_is_infinite};
 use crate::optimize::Step;
-use crate::simulation::{Observer, ObserverError, Period, RunPlan};
+use crate::simulation::{Event, Observer, ObserverError, Period, RunPlan};
 
 /// Metrics of a run. Keys carry their units; full double precision.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -27,11 +27,17 @@ pub struct Summary {
     pub max_curvature_1_mm: f64,
     /// Feed reached (lower than commanded on a short path).
     pub feed_mm_s: f64,
-    /// Largest acceleration along the path.
+    /// Largest acceleration along the path, `dv/dt` of the plan; [`vector_accel_mm_s2`](Self::vector_accel_mm_s2) counts the curvature.
     pub peak_accel_mm_s2: f64,
     /// Largest jerk along the path; null where it is infinite (a trapezoidal feed).
     #[serde(serialize_with = "finite_or_null", deserialize_with = "null_is_infinite")]
     pub peak_jerk_mm_s3: f64,
+    /// Largest acceleration vector of the setpoints, `|a t + v² k|`, and where.
+    #[serde(default)]
+    pub vector_accel_mm_s2: VectorPeak,
+    /// Largest jerk vector of the setpoints, `|j t + 3 v a k + v³ k'|`, and where.
+    #[serde(default)]
+    pub vector_jerk_mm_s3: VectorPeak,
     /// Changes of the feed override; the key is missing where there are none.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub overrides: Vec<OverrideSummary>,
@@ -69,6 +75,20 @@ pub struct Summary {
     pub n_c_search: Option<Vec<Step>>,
 }
 
+/// Largest magnitude of a vector over the setpoints of a run, and where it is.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, Default)]
+pub struct VectorPeak {
+    /// The magnitude, in the unit of the key; null where it is infinite (the jerk of a trapezoidal feed).
+    #[serde(serialize_with = "finite_or_null", deserialize_with = "null_is_infinite")]
+    pub peak: f64,
+    /// When.
+    pub at_s: f64,
+    /// Where along the path.
+    pub at_mm: f64,
+    /// The setpoint there.
+    pub point_mm: Vec<f64>,
+}
+
 /// A change of the feed override.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct OverrideSummary {
@@ -104,6 +124,15 @@ pub struct AxisSummary {
     pub rms_voltage_v: f64,
     /// Share of samples in which the axis is saturated.
     pub saturated_share: f64,
+    /// Largest velocity of its setpoints, either sign.
+    #[serde(default)]
+    pub peak_velocity_mm_s: f64,
+    /// Largest acceleration of its setpoints.
+    #[serde(default)]
+    pub peak_accel_mm_s2: f64,
+    /// Largest jerk of its setpoints (between the jumps of a trapezoidal feed).
+    #[serde(default)]
+    pub peak_jerk_mm_s3: f64,
 }
 
 impl Summary {
@@ -111,7 +140,41 @@ impl Summary {
     pub fn passed(&self) -> bool {
         !self.locked_up && self.limits.iter().all(|check| check.kept)
     }
+
+    /// What the limits along the path do not show: a line for each of acceleration and jerk whose vector is beyond the limit along the
+    /// path by more than 5 %, or, where there is none, beyond ten times the peak along the path. None where the vector or the axes are limited.
+    pub fn warnings(&self) -> Vec<String> {
+        let limit = |name: &str| self.limits.iter().find(|check| check.name == name).map(|check| check.limit);
+        let quantities = [
+            ("acceleration", "accel_mm_s2", "mm/s²", self.peak_accel_mm_s2, &self.vector_accel_mm_s2),
+            ("jerk", "jerk_mm_s3", "mm/s³", self.peak_jerk_mm_s3, &self.vector_jerk_mm_s3),
+        ];
+        let mut lines = Vec::new();
+        for (what, key, unit, planned, vector) in quantities {
+            let checked = ["vector_", "axis_", "x.", "y."].iter().any(|of| limit(&format!("{of}{key}")).is_some());
+            let (against, factor) = match limit(key) {
+                Some(limit) => (format!("limits.{key} = {limit}"), vector.peak / limit),
+                None => ("the peak along the path".to_owned(), 0.1 * vector.peak / planned),
+            };
+            if checked || !(factor > 1.0 + WARNED && vector.peak.is_finite()) {
+                continue;
+            }
+            let times = if limit(key).is_some() { factor } else { 10.0 * factor };
+            let point: Vec<String> = vector.point_mm.iter().map(|mm| format!("{mm:.3}")).collect();
+            lines.push(format!(
+                "the path's curvature takes the {what} of the setpoints to {:.0} {unit}, {times:.2} times {against}, {:.3} mm along the \
+                 path at ({}) mm; limits.vector_{key} checks it",
+                vector.peak,
+                vector.at_mm,
+                point.join(", "),
+            ));
+        }
+        lines
+    }
 }
+
+/// Share of a limit along the path that a vector may be above it unwarned: limits along the path leave no more margin than that.
+const WARNED: f64 = 0.05;
 
 /// Sum of squares without loss on long runs (Neumaier).
 #[derive(Debug, Clone, Copy, Default)]
@@ -140,6 +203,32 @@ struct AxisMetrics {
     peak_voltage: f64,
     voltage: SquareSum,
     saturated: u64,
+    /// Velocity, acceleration and jerk of the setpoints.
+    commanded: [f64; 3],
+}
+
+/// A vector's largest square so far, when, where along the path, and the setpoint.
+#[derive(Debug, Clone, Copy)]
+struct Largest<const A: usize> {
+    square: f64,
+    at_s: f64,
+    at_mm: f64,
+    point_mm: [f64; A],
+}
+
+impl<const A: usize> Largest<A> {
+    const NONE: Self = Self { square: 0.0, at_s: 0.0, at_mm: 0.0, point_mm: [0.0; A] };
+
+    fn see(&mut self, square: f64, period: &Period<A>) {
+        if square > self.square {
+            let at = &period.setpoint;
+            *self = Self { square, at_s: at.time_s, at_mm: at.s_mm, point_mm: at.position_mm.into() };
+        }
+    }
+
+    fn peak(&self) -> VectorPeak {
+        VectorPeak { peak: self.square.sqrt(), at_s: self.at_s, at_mm: self.at_mm, point_mm: self.point_mm.to_vec() }
+    }
 }
 
 /// The observer that gathers a [`Summary`]. Its memory does not grow with the run.
@@ -166,8 +255,8 @@ pub struct SummaryObserver<const A: usize> {
     tracking: SquareSum,
     saturated: u64,
     axes: [AxisMetrics; A],
-    /// Commanded velocity, acceleration and jerk of X and Y, where there are limits for them.
-    peak_axes: [[f64; 3]; 2],
+    vector_accel: Largest<A>,
+    vector_jerk: Largest<A>,
     lockup: Option<String>,
 }
 
@@ -196,7 +285,8 @@ impl<const A: usize> SummaryObserver<A> {
             tracking: SquareSum::default(),
             saturated: 0,
             axes: [AxisMetrics::default(); A],
-            peak_axes: [[0.0; 3]; 2],
+            vector_accel: Largest::NONE,
+            vector_jerk: Largest::NONE,
             lockup: None,
         }
     }
@@ -222,6 +312,14 @@ impl<const A: usize> SummaryObserver<A> {
         let peak_voltage_v = self.axes.iter().map(|a| a.peak_voltage).fold(0.0, f64::max);
         let rms_voltage_v =
             (self.axes.iter().map(|a| a.voltage.rms(count).powi(2)).sum::<f64>() / A.max(1) as f64).sqrt();
+        let vector_accel_mm_s2 = self.vector_accel.peak();
+        let mut vector_jerk_mm_s3 = self.vector_jerk.peak();
+        if self.peak_jerk_mm_s3 == f64::INFINITY {
+            vector_jerk_mm_s3.peak = f64::INFINITY;
+        }
+        let mut commanded = [[0.0; 3]; 3];
+        commanded.iter_mut().zip(&self.axes).for_each(|(peaks, axis)| *peaks = axis.commanded);
+        let vectors = (vector_accel_mm_s2.peak, vector_jerk_mm_s3.peak);
         let (max_contour_error_um, max_contour_error_at_s, max_contour_error_at_mm) = self.max_contour;
         Summary {
             scenario: self.name.clone(),
@@ -234,6 +332,8 @@ impl<const A: usize> SummaryObserver<A> {
             feed_mm_s: self.feed_mm_s,
             peak_accel_mm_s2: self.peak_accel_mm_s2,
             peak_jerk_mm_s3: self.peak_jerk_mm_s3,
+            vector_accel_mm_s2,
+            vector_jerk_mm_s3,
             overrides: self.overrides.clone(),
             n_c: self.n_c,
             max_contour_error_um,
@@ -258,6 +358,9 @@ impl<const A: usize> SummaryObserver<A> {
                     peak_voltage_v: axis.peak_voltage,
                     rms_voltage_v: axis.voltage.rms(count),
                     saturated_share: share(axis.saturated),
+                    peak_velocity_mm_s: axis.commanded[0],
+                    peak_accel_mm_s2: axis.commanded[1],
+                    peak_jerk_mm_s3: axis.commanded[2],
                 })
                 .collect(),
             limits: self.limits.check(&Peaks {
@@ -266,7 +369,10 @@ impl<const A: usize> SummaryObserver<A> {
                 voltage_v: peak_voltage_v,
                 accel_mm_s2: self.peak_accel_mm_s2,
                 jerk_mm_s3: self.peak_jerk_mm_s3,
-                axes: self.peak_axes,
+                vector_accel_mm_s2: vectors.0,
+                vector_jerk_mm_s3: vectors.1,
+                axes: commanded,
+                overridden: !self.overrides.is_empty(),
             }),
             recording: self.recording.clone(),
             n_c_search: self.n_c_search.clone(),
@@ -323,13 +429,13 @@ impl<const A: usize> Observer<A> for SummaryObserver<A> {
             any |= signals.saturated;
         }
         self.saturated += u64::from(any);
-        if self.limits.axes.is_some() {
-            let at = &period.setpoint;
-            for (axis, peaks) in self.peak_axes.iter_mut().enumerate().take(A) {
-                let now = [at.velocity_mm_s[axis], at.acceleration_mm_s2[axis], at.jerk_vector_mm_s3[axis]];
-                peaks.iter_mut().zip(now).for_each(|(peak, now)| *peak = peak.max(now.abs()));
-            }
+        let at = &period.setpoint;
+        for (axis, metrics) in self.axes.iter_mut().enumerate() {
+            let now = [at.velocity_mm_s[axis], at.acceleration_mm_s2[axis], at.jerk_vector_mm_s3[axis]];
+            metrics.commanded.iter_mut().zip(now).for_each(|(peak, now)| *peak = peak.max(now.abs()));
         }
+        self.vector_accel.see(at.acceleration_mm_s2.norm_squared(), period);
+        self.vector_jerk.see(at.jerk_vector_mm_s3.norm_squared(), period);
         Ok(())
     }
 

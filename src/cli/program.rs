@@ -154,6 +154,9 @@ pub(crate) fn run(args: &RunArgs) -> Result<Outcome, CliError> {
                 "note: no part file beside the program: it ran on the machine of the built-in part `{DEFAULT_PART}`, and no part was looked at; --part FILE names one"
             ));
         }
+        for warning in summary.run.warnings() {
+            note(&format!("warning: {warning}"));
+        }
         for ((axis, parameters), drive) in AXIS_NAMES.iter().zip(&part.machine.axes).zip(&part.drives) {
             if DriveLoop::new(parameters, drive, &part.machine.settings).is_ok_and(|of| !of.is_stable()) {
                 note(&format!("note: the loop of axis {axis} is unstable, even if this run does not show it"));

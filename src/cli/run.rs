@@ -130,6 +130,9 @@ pub(crate) fn run(args: &RunArgs) -> Result<Outcome, CliError> {
     plots?;
     if !args.out.print.quiet {
         warn_of_instability(&scenario);
+        for warning in summary.warnings() {
+            note(&format!("warning: {warning}"));
+        }
     }
     if summary.passed() {
         return Ok(Outcome::Fine);

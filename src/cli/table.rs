@@ -3,7 +3,7 @@
 use std::fmt::Write as _;
 
 use crate::limits::LimitCheck;
-use crate::summary::{AxisSummary, OverrideSummary, Summary};
+use crate::summary::{AxisSummary, OverrideSummary, Summary, VectorPeak};
 
 use super::output::{margin, percent, printable, short, significant};
 
@@ -66,6 +66,12 @@ fn plan(summary: &Summary) -> Vec<Row> {
         (Some(n_c), None) => format!("n_c = {}", short(n_c, 5)),
         (None, _) => String::new(),
     };
+    let vector = |label, vector: &VectorPeak, unit, pick: &dyn Fn(&AxisSummary) -> f64| {
+        let axes: Vec<_> =
+            summary.axes.iter().map(|axis| format!("{} {}", axis.axis, significant(pick(axis), 5))).collect();
+        let at = format!("at {} mm", significant(vector.at_mm, 5));
+        (label, significant(vector.peak, 5), unit, format!("{}, {at}", axes.join(", ")))
+    };
     let mut rows = vec![
         row("path length", summary.path_length_mm, 8, "mm"),
         row("largest curvature", summary.max_curvature_1_mm, 6, "1/mm"),
@@ -74,6 +80,8 @@ fn plan(summary: &Summary) -> Vec<Row> {
         row("feed reached", summary.feed_mm_s, 6, "mm/s"),
         row("peak acceleration", summary.peak_accel_mm_s2, 5, "mm/s²"),
         ("peak jerk", significant(summary.peak_jerk_mm_s3, 5), "mm/s³", exponent),
+        vector("vector acceleration", &summary.vector_accel_mm_s2, "mm/s²", &|axis| axis.peak_accel_mm_s2),
+        vector("vector jerk", &summary.vector_jerk_mm_s3, "mm/s³", &|axis| axis.peak_jerk_mm_s3),
     ];
     for change in summary.overrides.iter().take(LISTED_OVERRIDES) {
         let label = if change.percent > 0.0 { "feed override" } else { "feed hold" };

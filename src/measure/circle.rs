@@ -10,10 +10,10 @@ use super::circle_path::Turns;
 use super::roundness::{Point, Zone};
 use super::{MeasureError, idle, neglected, um, within};
 use crate::feedrate::{Motion, Profile};
-use crate::limits::{Event, Limits};
+use crate::limits::Limits;
 use crate::path::Path;
 use crate::scenario::Scenario;
-use crate::simulation::{Observer, ObserverError, Period, Simulation};
+use crate::simulation::{Event, Observer, ObserverError, Period, Simulation};
 
 /// What circle is run.
 #[derive(Debug, Clone, Copy, PartialEq)]

@@ -1,8 +1,8 @@
 //! The lines on `/log`.
 
 use super::foxglove::{Level, Log, Timestamp};
-use crate::limits::{Event, Severity};
 use crate::parameters::AXIS_NAMES;
+use crate::simulation::{Event, Severity};
 use crate::summary::Summary;
 
 /// How many saturations of an axis are listed; a limit cycle makes thousands.

@@ -9,7 +9,7 @@
 //! | `/path` | `foxglove.SceneUpdate` | the desired path, once, at `t = 0` |
 //! | `/trace` | `foxglove.SceneUpdate` | the actual path and the magnified error from the beginning, about ten times in a run |
 //! | `/scene` | `foxglove.SceneUpdate` | the same since the last message of `/trace` |
-//! | `/log` | `foxglove.Log` | first and last line, and every [`Event`](crate::limits::Event) between (saturations thinned) |
+//! | `/log` | `foxglove.Log` | first and last line, and every [`Event`](crate::simulation::Event) between (saturations thinned) |
 //!
 //! `log_time = publish_time = k Δt` in whole nanoseconds from zero, never decreasing over the file. The scenario is attached
 //! as `scenario.toml`, the summary as `summary.json`; metadata `servosim.run` holds name, scenario hash, seed, version and

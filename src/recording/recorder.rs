@@ -26,9 +26,9 @@ use super::{
     DRIVES_TOPIC, LOG_TOPIC, PATH_TOPIC, PLAN_METADATA, RUN_METADATA, SCENARIO_NAME, SCENE_TOPIC, SERVO_TOPIC,
     SUMMARY_NAME, TRACE_TOPIC,
 };
-use crate::limits::{Event, Limits};
+use crate::limits::Limits;
 use crate::servo::DriveModel;
-use crate::simulation::{Observer, ObserverError, Period, Place as BlockPlace, RunPlan};
+use crate::simulation::{Event, Observer, ObserverError, Period, Place as BlockPlace, RunPlan};
 use crate::summary::Summary;
 
 /// Messages are written to the file in chunks of about this size; a killed run loses at most one.

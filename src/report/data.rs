@@ -2,10 +2,10 @@
 
 use crate::feedrate::{AxisLimits, Motion};
 use crate::interpolator::Setpoint;
-use crate::limits::{Event, LimitCheck};
+use crate::limits::LimitCheck;
 use crate::optimize::Step;
 use crate::path::{Cursor, Path};
-use crate::simulation::{Observer, ObserverError, Period, Place, RunPlan};
+use crate::simulation::{Event, Observer, ObserverError, Period, Place, RunPlan};
 
 /// Most buckets that a run is kept in. Up to this many samples every one is kept.
 pub const MAX_BUCKETS: usize = 8192;

@@ -2,9 +2,9 @@
 
 use std::sync::atomic::{AtomicBool, Ordering};
 
+use super::event::Event;
 use super::monitor::Monitor;
 use super::{Ending, Observer, Period, Place, RunPlan, SimulationError};
-use crate::limits::Event;
 
 /// A run as a stream of control periods.
 pub(crate) trait Periods<const A: usize> {
@@ -25,7 +25,7 @@ pub(crate) fn drive<const A: usize, P: Periods<A>>(
     stop: Option<&AtomicBool>,
     observers: &mut [&mut dyn Observer<A>],
 ) -> Result<Ending, P::Error> {
-    let mut monitor = Monitor::new(plan.limits, plan.settings);
+    let mut monitor = Monitor::new(plan.limits, plan.settings, !plan.overrides.is_empty());
     for observer in observers.iter_mut() {
         observer.begin(plan).map_err(SimulationError::Observer)?;
     }

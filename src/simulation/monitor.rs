@@ -1,22 +1,25 @@
 //! Events of a run: saturation, limits passed, lock-up.
 
 use super::Period;
-use crate::limits::{Event, Held, Limits, Peaks};
+use super::event::Event;
+use crate::limits::{Held, Limits, Peaks};
 use crate::servo::{LockupWatch, LoopSettings};
 
 /// Turns periods into events.
 #[derive(Debug)]
 pub(crate) struct Monitor<const A: usize> {
     limits: Limits,
+    overridden: bool,
     saturated_since: [Option<f64>; A],
     lockups: [LockupWatch; A],
     passed: [bool; Limits::COUNT],
 }
 
 impl<const A: usize> Monitor<A> {
-    pub(crate) fn new(limits: &Limits, settings: &LoopSettings) -> Self {
+    pub(crate) fn new(limits: &Limits, settings: &LoopSettings, overridden: bool) -> Self {
         Self {
             limits: *limits,
+            overridden,
             saturated_since: [None; A],
             lockups: std::array::from_fn(|_| LockupWatch::new(settings.period_s)),
             passed: [false; Limits::COUNT],
@@ -50,12 +53,9 @@ impl<const A: usize> Monitor<A> {
             }
         }
         let at = &period.setpoint;
-        let mut axes = [[0.0; 3]; 2];
-        if self.limits.axes.is_some() {
-            let of = |v: f64, a: f64, j: f64| [v.abs(), a.abs(), j.abs()];
-            for (axis, values) in axes.iter_mut().enumerate().take(A) {
-                *values = of(at.velocity_mm_s[axis], at.acceleration_mm_s2[axis], at.jerk_vector_mm_s3[axis]);
-            }
+        let mut axes = [[0.0; 3]; 3];
+        for (axis, values) in axes.iter_mut().enumerate().take(A) {
+            *values = [at.velocity_mm_s[axis], at.acceleration_mm_s2[axis], at.jerk_vector_mm_s3[axis]].map(f64::abs);
         }
         let now = Peaks {
             contour_error_um: period.contour_error_um.abs(),
@@ -63,7 +63,10 @@ impl<const A: usize> Monitor<A> {
             voltage_v: voltage,
             accel_mm_s2: at.accel_mm_s2.abs(),
             jerk_mm_s3: at.jerk_mm_s3.abs(),
+            vector_accel_mm_s2: at.acceleration_mm_s2.norm(),
+            vector_jerk_mm_s3: at.jerk_vector_mm_s3.norm(),
             axes,
+            overridden: self.overridden,
         };
         for (held, passed) in self.limits.held(&now).into_iter().zip(&mut self.passed) {
             if let Some(Held { name, value, limit, kept: false }) = held

@@ -8,13 +8,13 @@ use nalgebra::Vector2;
 use rand::{Rng, RngExt, SeedableRng};
 use rand_xoshiro::Xoshiro256PlusPlus;
 use servosim::feedrate::{Motion, Profile};
-use servosim::limits::{Event, Limits};
+use servosim::limits::Limits;
 use servosim::path::{self, Circle, Line};
 use servosim::recording::{
     LogLevel, ReadError, Recorder, Recording, RecordingError, RecordingMetadata, RecordingOptions, Sample, Servo, csv,
 };
 use servosim::servo::{AxisParameters, Drive, LoopSettings, Pdff, Plant};
-use servosim::simulation::{Ending, Observer, Period, Simulation, SimulationError};
+use servosim::simulation::{Ending, Event, Observer, Period, Simulation, SimulationError};
 use servosim::summary::{Summary, SummaryObserver};
 
 const SCENARIO: &str = "# a circle\nname = \"circle\"\n";

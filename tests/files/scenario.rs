@@ -530,7 +530,7 @@ fn a_feed_override_is_read_and_its_mistakes_are_told() {
     let of_the_feed = |check: &&LimitCheck| check.name != "contour_error_um";
     assert!((0.9..=1.001).contains(&(y.value / y.limit)), "{y:?}");
     assert!(summary.limits.iter().filter(of_the_feed).all(|check| check.kept), "{summary:?}");
-    let least = &held.limits.check(&Peaks { axes: [[0.0; 3], [0.0, 1600.0, 0.0]], ..Peaks::default() });
+    let least = &held.limits.check(&Peaks { axes: [[0.0; 3], [0.0, 1600.0, 0.0], [0.0; 3]], ..Peaks::default() });
     assert!(least.iter().any(|check| check.name == "y.accel_mm_s2" && !check.kept), "{least:?}");
     // Many at once: all told.
     assert_eq!(refusal(&with(&(change("-1", "50") + &change("0.5", "300")))).problems().len(), 2);

@@ -8,7 +8,7 @@ use rand::{RngExt, SeedableRng};
 use rand_xoshiro::Xoshiro256PlusPlus;
 use servosim::feedrate::{Motion, Profile};
 use servosim::interpolator::Setpoint;
-use servosim::limits::{Event, Limits};
+use servosim::limits::Limits;
 use servosim::machining::{
     Machine, MotionFault, MotionReader, ProgramError, ProgramPeriod, ProgramRun, ProgramStatistics,
 };
@@ -18,7 +18,7 @@ use servosim::recording::{Recorder, Recording, RecordingMetadata, csv};
 use servosim::report::{RunData, RunMetadata};
 use servosim::scenario::Scenario;
 use servosim::servo::LoopSettings;
-use servosim::simulation::{Ending, Observer, ObserverError, Period, Place, Simulation};
+use servosim::simulation::{Ending, Event, Observer, ObserverError, Period, Place, Simulation};
 use servosim::summary::SummaryObserver;
 
 fn machine() -> Machine {

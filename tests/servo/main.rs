@@ -15,6 +15,7 @@ mod drive_slides;
 mod hostile;
 mod linear_drive;
 mod measure;
+mod peaks;
 mod reference;
 mod servo;
 mod standstill;

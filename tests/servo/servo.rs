@@ -5,12 +5,12 @@ use nalgebra::Vector2;
 use rand::{RngExt, SeedableRng};
 use rand_xoshiro::Xoshiro256PlusPlus;
 use servosim::feedrate::{Motion, Profile};
-use servosim::limits::{Event, Limits};
+use servosim::limits::Limits;
 use servosim::path::{Cursor, Foot, Frame, Line, Path, PhSpline};
 use servosim::servo::{
     AxisLoop, AxisParameters, Derivative, Drive, Lockup, LockupKind, LockupWatch, LoopSettings, Pdff, Plant,
 };
-use servosim::simulation::{Observer, ObserverError, Period, Simulation, SimulationError};
+use servosim::simulation::{Event, Observer, ObserverError, Period, Simulation, SimulationError};
 use servosim::summary::SummaryObserver;
 
 /// Random parameters around the paper's. The velocity gain is drawn as its share of what one sample undoes,
@@ -288,6 +288,7 @@ fn validates_each_limit_at_its_edge_and_by_magnitude() {
                 voltage_v: one(2),
                 accel_mm_s2: one(3),
                 jerk_mm_s3: one(4),
+                ..Limits::default()
             };
             let (mut events, mut summary) = (Events::default(), SummaryObserver::<2>::new("alpha"));
             case.simulation(quintic).run(&limits, None, &mut [&mut events, &mut summary]).unwrap();

@@ -7,6 +7,7 @@ use super::steps::{FeedOverride, MAX_OVERRIDE_STEPS, OverrideChange, OverrideSte
 use crate::feedrate::parameters::{AT, RATIO, TRANSITION, within};
 use crate::feedrate::time_law::TimeLaw;
 use crate::feedrate::{FeedrateError, MotionPeaks, MotionSample};
+use crate::optimize::golden_section;
 use crate::parameters::OutOfRange;
 
 /// A motion at a changing feed scale; `M` is that of the plan.
@@ -54,7 +55,7 @@ impl<M: TimeLaw + Clone> Overridden<M> {
         }
         let peaks = MotionPeaks { feed_mm_s: 0.0, accel_mm_s2: 0.0, jerk_mm_s3: 0.0 };
         let mut motion = Self { plan: plan.clone(), pieces, changes, total_s, peaks };
-        motion.peaks = motion.sampled_peaks();
+        motion.peaks = motion.refined_peaks();
         Ok(Some(motion))
     }
 
@@ -62,33 +63,41 @@ impl<M: TimeLaw + Clone> Overridden<M> {
         &self.changes
     }
 
-    /// Peaks at 4 places of every step of a change and 2000 of every steady stretch; an acceleration that steps has an infinite jerk all
-    /// the same.
-    fn sampled_peaks(&self) -> MotionPeaks {
+    /// Peaks from 4 places of every step of a change and 2000 of every steady stretch, each refined between the places beside the
+    /// largest: a stretch that no change has touched has the peaks of the plan. An acceleration that steps has an infinite jerk all the same.
+    fn refined_peaks(&self) -> MotionPeaks {
         if self.pieces.is_empty() {
             return self.plan.peaks();
         }
-        let mut peaks = MotionPeaks { feed_mm_s: 0.0, accel_mm_s2: 0.0, jerk_mm_s3: 0.0 };
-        let mut see = |piece: &Piece, to: f64| {
-            let from = piece.from.t;
-            let places = if piece.bend == 0.0 && piece.from.slope == 0.0 { 2000 } else { 4 };
-            for i in 0..=places {
-                // Just before the end: there the next piece counts.
-                let x = (f64::from(i) / f64::from(places)).min(1.0 - 1e-9);
-                let m = piece.at(&self.plan, from + (to - from) * x, f64::INFINITY);
-                peaks.feed_mm_s = peaks.feed_mm_s.max(m.feed_mm_s);
-                peaks.accel_mm_s2 = peaks.accel_mm_s2.max(m.accel_mm_s2.abs());
-                peaks.jerk_mm_s3 = peaks.jerk_mm_s3.max(m.jerk_mm_s3.abs());
-            }
-        };
         let first = self.pieces.first().map_or(self.total_s, |piece| piece.from.t);
-        if first > 0.0 {
-            see(&Piece { from: State::PLAN, bend: 0.0 }, first);
-        }
+        let plan = Piece { from: State::PLAN, bend: 0.0 };
+        let before = (first > 0.0).then_some((&plan, first));
         let ends = self.pieces.iter().skip(1).map(|piece| piece.from.t).chain([self.total_s]);
-        for (piece, end) in self.pieces.iter().zip(ends) {
-            see(piece, end);
-        }
+        let stretches: Vec<(&Piece, f64)> = before.into_iter().chain(self.pieces.iter().zip(ends)).collect();
+        let peak = |pick: fn(&MotionSample) -> f64| {
+            // The largest: its value, its piece, and the times beside it.
+            let mut best = (0.0, None);
+            for &(piece, to) in &stretches {
+                let from = piece.from.t;
+                let places = if piece.bend == 0.0 && piece.from.slope == 0.0 { 2000 } else { 4 };
+                // Just before the end: there the next piece counts.
+                let when = |i: f64| from + (to - from) * (i / f64::from(places)).clamp(0.0, 1.0 - 1e-9);
+                for i in (0..=places).map(f64::from) {
+                    let value = pick(&piece.at(&self.plan, when(i), f64::INFINITY)).abs();
+                    if value > best.0 {
+                        best = (value, Some((piece, when(i - 1.0), when(i + 1.0))));
+                    }
+                }
+            }
+            let (value, Some((piece, low, high))) = best else { return 0.0 };
+            let at = |t: f64| pick(&piece.at(&self.plan, t, f64::INFINITY)).abs();
+            value.max(-golden_section(low, high, 40, |t| -at(t)).1)
+        };
+        let mut peaks = MotionPeaks {
+            feed_mm_s: peak(|m| m.feed_mm_s),
+            accel_mm_s2: peak(|m| m.accel_mm_s2),
+            jerk_mm_s3: peak(|m| m.jerk_mm_s3),
+        };
         if self.plan.peaks().jerk_mm_s3 == f64::INFINITY {
             peaks.jerk_mm_s3 = f64::INFINITY;
         }
