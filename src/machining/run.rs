@@ -1,5 +1,6 @@
 //! A program through the closed loop.
 
+use std::convert::Infallible;
 use std::sync::atomic::AtomicBool;
 
 use super::motion_buffer::MotionBuffer;
@@ -208,22 +209,26 @@ impl<I: Iterator<Item = Result<Block, NcError>>> ProgramRun<I> {
             return Ok(Some(self.resting(k, time_s)));
         };
         let setpoint = Setpoint::of(time_s, &motion, &frame);
-        let axes = self.axes.step(&setpoint);
-        let actual_mm = nalgebra::SVector::from_fn(|axis, _| axes[axis].actual_mm);
-        let reach = std::f64::consts::PI * (actual_mm - setpoint.position_mm).norm();
-        while self.window.ahead_mm(&self.base, s) < reach && self.window.len() < MOST_AHEAD {
-            match self.stream.pull(&mut |_| {})? {
-                Some(motion) => self.window.push(motion),
-                None => break,
+        let signals = self.axes.step_with_drives(&setpoint);
+        let Self { axes, window, stream, base, .. } = self;
+        let period = axes.finish_period(k, setpoint, signals, |actual_mm| {
+            let reach = std::f64::consts::PI * (actual_mm - setpoint.position_mm).norm();
+            while window.ahead_mm(base, s) < reach && window.len() < MOST_AHEAD {
+                match stream.pull(&mut |_| {}).map_err(Some)? {
+                    Some(motion) => window.push(motion),
+                    None => break,
+                }
             }
+            window.measure(actual_mm, &setpoint.position_mm, base, s).ok_or(None)
+        });
+        match period {
+            Ok(period) => {
+                self.window.forget(&self.base, s);
+                Ok(Some(ProgramPeriod { period, place }))
+            }
+            Err(None) => Ok(Some(self.resting(k, time_s))),
+            Err(Some(error)) => Err(error),
         }
-        let Some(error) = self.window.measure(&actual_mm, &setpoint.position_mm, &self.base, s) else {
-            return Ok(Some(self.resting(k, time_s)));
-        };
-        self.window.forget(&self.base, s);
-        self.axes.tell_error(|| error.nearest_mm - actual_mm);
-        let period = Period::of(k, setpoint, axes, &error, self.axes.drive_signals());
-        Ok(Some(ProgramPeriod { period, place }))
     }
 
     /// A period of a program without motion.
@@ -238,11 +243,13 @@ impl<I: Iterator<Item = Result<Block, NcError>>> ProgramRun<I> {
             curvature_rate_1_mm2: zero,
         };
         let setpoint = Setpoint::of(time_s, &MotionSample::default(), &frame);
-        let axes = self.axes.step(&setpoint);
-        let actual_mm = nalgebra::SVector::from_fn(|axis, _| axes[axis].actual_mm);
         let foot = crate::path::Foot { s_mm: 0.0, point_mm: position_mm, tangent: zero };
-        let error = crate::contour::ContourError::of(&actual_mm, &foot, (actual_mm - position_mm).norm());
-        let period = Period::of(k, setpoint, axes, &error, self.axes.drive_signals());
+        let signals = self.axes.step_with_drives(&setpoint);
+        let measure = |actual_mm: &nalgebra::SVector<f64, 3>| {
+            let distance_mm = (actual_mm - position_mm).norm();
+            Ok::<_, Infallible>(crate::contour::ContourError::of(actual_mm, &foot, distance_mm))
+        };
+        let Ok(period) = self.axes.finish_period(k, setpoint, signals, measure);
         ProgramPeriod { period, place: Place::default() }
     }
 

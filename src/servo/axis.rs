@@ -3,6 +3,7 @@
 use pulp::Simd;
 
 use super::parameters::{AxisParameters, Derivative, LoopSettings};
+use super::pdff_law::PdffLaw;
 use crate::lane::{Lane, Wide};
 
 /// All signals of one axis at one sample.
@@ -48,13 +49,8 @@ impl Default for AxisSignals {
 /// adds. Products that are added are fused ([`Lane::mul_add`]), on every machine alike.
 #[derive(Debug, Clone, Copy)]
 pub struct AxisLoop<L: Lane = f64> {
-    // Velocity command: ω_com = kpp (x_com - x) + kpf ẋ_com.
-    kpp: L,
-    kpf: L,
-    // Voltage before the clamp: u_omega_com ω_com - u_omega ω + u_integral Σ(ω_com - ω).
-    u_omega_com: L,
-    u_integral: L,
-    u_omega: L,
+    // Its output is the voltage before the clamp.
+    law: PdffLaw<L>,
     u_max: L,
     torque: L,
     // Plant, exact over one period: x += x_ω ω + x_u u, ω = ω_ω ω + ω_u u.
@@ -70,7 +66,6 @@ pub struct AxisLoop<L: Lane = f64> {
     start: L,
     x: L,
     omega: L,
-    integral: L,
     last_command: L,
     last_voltage: L,
 }
@@ -81,11 +76,14 @@ impl<L: Lane> AxisLoop<L> {
         let rest = pack(|_| 0.0);
         let start = rest.all(start_mm);
         Self {
-            kpp: pack(|c| c.kpp),
-            kpf: pack(|c| c.kpf),
-            u_omega_com: pack(|c| c.u_omega_com),
-            u_integral: pack(|c| c.u_integral),
-            u_omega: pack(|c| c.u_omega),
+            law: PdffLaw {
+                kpp: pack(|c| c.kpp),
+                kpf: pack(|c| c.kpf),
+                forward: pack(|c| c.u_omega_com),
+                feedback: pack(|c| c.u_omega),
+                rate: pack(|c| c.u_integral),
+                integral: rest,
+            },
             u_max: pack(|c| c.u_max),
             torque: pack(|c| c.torque),
             x_omega: pack(|c| c.x_omega),
@@ -98,7 +96,6 @@ impl<L: Lane> AxisLoop<L> {
             start,
             x: rest,
             omega: rest,
-            integral: rest,
             last_command: start,
             last_voltage: rest,
         }
@@ -134,18 +131,22 @@ impl<L: Lane> AxisLoop<L> {
         }
     }
 
-    /// The control law: `command` counted from the start, `velocity` as the feedforward takes it.
+    /// One control period without the signals, as batches run it: `command` counted from the start, `velocity` as the feedforward takes
+    /// it. `DELAY` is that of the settings, known to the compiler.
     #[inline(always)]
-    pub(crate) fn control_step(&mut self, command: L, velocity: L) -> ControlStep<L> {
+    pub(crate) fn period<const DELAY: bool>(&mut self, command: L, velocity: L) -> ControlStep<L> {
+        let control = self.control_step(command, velocity);
+        self.advance_by::<DELAY>(control.voltage);
+        control
+    }
+
+    /// The control law and the clamp.
+    #[inline(always)]
+    fn control_step(&mut self, command: L, velocity: L) -> ControlStep<L> {
         let following_error = command - self.x;
-        let velocity_command = self.kpp.mul_add(following_error, self.kpf * velocity);
-        let unclamped = self.u_omega_com.mul_add(velocity_command, (-self.u_omega).mul_add(self.omega, self.integral));
+        let (velocity_command, unclamped) = self.law.output(following_error, velocity, self.omega);
         let voltage = unclamped.clamp_abs(self.u_max);
-        // Conditional integration: the integral waits while it would drive a clamped voltage further out. What the clamp takes
-        // away is zero, or has the sign of the voltage.
-        let error = velocity_command - self.omega;
-        let outwards = ((unclamped - voltage) * error).gt(error.all(0.0));
-        self.integral = self.integral.or_else(outwards, self.u_integral.mul_add(error, self.integral));
+        self.law.integrate(velocity_command - self.omega, unclamped - voltage);
         let saturated = unclamped.ne(voltage);
         ControlStep { following_error, velocity_command, unclamped, voltage, saturated }
     }
@@ -155,6 +156,15 @@ impl<L: Lane> AxisLoop<L> {
     #[inline(always)]
     pub fn advance(&mut self, voltage_v: L) {
         if self.delay {
+            self.advance_by::<true>(voltage_v);
+        } else {
+            self.advance_by::<false>(voltage_v);
+        }
+    }
+
+    #[inline(always)]
+    fn advance_by<const DELAY: bool>(&mut self, voltage_v: L) {
+        if DELAY {
             let before = self.last_voltage;
             self.last_voltage = voltage_v;
             self.plant(before);
@@ -165,7 +175,7 @@ impl<L: Lane> AxisLoop<L> {
 
     /// The plant over one period under the voltage that reaches it.
     #[inline(always)]
-    pub(crate) fn plant(&mut self, applied: L) {
+    fn plant(&mut self, applied: L) {
         self.x = self.x_u.mul_add(applied, self.x_omega.mul_add(self.omega, self.x));
         self.omega = self.omega_u.mul_add(applied, self.omega_omega * self.omega);
     }
@@ -216,9 +226,9 @@ impl Coefficients {
 pub(crate) struct ControlStep<L: Lane> {
     /// Command minus actual position \[mm\].
     pub(crate) following_error: L,
-    pub(crate) velocity_command: L,
+    velocity_command: L,
     /// Voltage before the clamp \[V\].
-    pub(crate) unclamped: L,
+    unclamped: L,
     pub(crate) voltage: L,
     pub(crate) saturated: L::Mask,
 }

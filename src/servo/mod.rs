@@ -31,6 +31,7 @@ pub mod effects;
 mod lockup;
 mod mechanics;
 mod parameters;
+mod pdff_law;
 mod reference;
 
 pub(crate) use axis::coasting_s;

@@ -3,6 +3,8 @@
 use crate::parameters::OutOfRange;
 use nalgebra::SVector;
 
+use super::Period;
+use crate::contour::ContourError;
 use crate::interpolator::Setpoint;
 use crate::lane::{Kernel, narrow, vectorized};
 use crate::servo::compensation::{CrossCoupling, CrossCouplingGains};
@@ -88,16 +90,42 @@ impl<const A: usize> Axes<A> {
 
     /// One control period, of a program or of the model: they have no axes that look ahead.
     #[inline]
-    pub(crate) fn step(&mut self, setpoint: &Setpoint<A>) -> [AxisSignals; A] {
+    pub(super) fn step(&mut self, setpoint: &Setpoint<A>) -> [AxisSignals; A] {
         match self {
             Self::Model(axes) => vectorized(StepModel { axes, setpoint }),
             Self::Real(axes) => narrow(StepReal { axes, setpoint }),
         }
     }
 
+    /// [`step`](Self::step) and the drive signals beside.
+    #[inline]
+    pub(crate) fn step_with_drives(&mut self, setpoint: &Setpoint<A>) -> ([AxisSignals; A], Option<[DriveSignals; A]>) {
+        let signals = self.step(setpoint);
+        (signals, self.drive_signals())
+    }
+
+    /// What every run does with a step of its axes: the tool's position, its contouring error by `measure`, the error told to the axes, and
+    /// all signals of the period.
+    ///
+    /// # Errors
+    /// Those of `measure`.
+    #[inline]
+    pub(crate) fn finish_period<E>(
+        &mut self,
+        k: u64,
+        setpoint: Setpoint<A>,
+        (axes, drives): ([AxisSignals; A], Option<[DriveSignals; A]>),
+        measure: impl FnOnce(&SVector<f64, A>) -> Result<ContourError<A>, E>,
+    ) -> Result<Period<A>, E> {
+        let actual_mm = SVector::from_fn(|axis, _| axes[axis].actual_mm);
+        let error = measure(&actual_mm)?;
+        self.tell_error(|| error.nearest_mm - actual_mm);
+        Ok(Period::of(k, setpoint, axes, &error, drives))
+    }
+
     /// Tells the contouring error after a step: nearest point of the path less actual position \[mm\].
     #[inline]
-    pub(crate) fn tell_error(&mut self, error_mm: impl FnOnce() -> SVector<f64, A>) {
+    fn tell_error(&mut self, error_mm: impl FnOnce() -> SVector<f64, A>) {
         if let Self::Real(real) = self
             && let Some(coupling) = &mut real.coupling
         {
@@ -107,7 +135,7 @@ impl<const A: usize> Axes<A> {
 
     /// The drive signals of the last sample, where they are more than their model.
     #[inline]
-    pub(crate) fn drive_signals(&self) -> Option<[DriveSignals; A]> {
+    fn drive_signals(&self) -> Option<[DriveSignals; A]> {
         match self {
             Self::Model(_) => None,
             Self::Real(real) => Some(std::array::from_fn(|axis| real.axes[axis].drive_signals())),

@@ -4,7 +4,9 @@ use std::f64::consts::PI;
 
 use nalgebra::SVector;
 use pulp::{Arch, NullaryFnOnce, Simd, WithSimd};
+use rayon::prelude::*;
 
+use super::SimulationError;
 use super::reference_trajectory::{ReferenceTrajectory, RunMetrics, Sample};
 use crate::lane::{Kernel, Lane, Wide, vectorized};
 use crate::path::nearest_in_window;
@@ -17,7 +19,7 @@ const REGISTERS: usize = 2;
 const MOST_LANES: usize = 64;
 
 /// How many runs go side by side on this machine.
-pub(super) fn lanes() -> usize {
+fn lanes() -> usize {
     struct Count;
 
     impl WithSimd for Count {
@@ -32,17 +34,17 @@ pub(super) fn lanes() -> usize {
 }
 
 /// At most [`lanes`] runs.
-pub(super) struct Batch<'b, const A: usize> {
-    pub(super) trajectory: &'b ReferenceTrajectory<'b, A>,
-    pub(super) parameters: &'b [[AxisParameters; A]],
+struct Batch<'b, const A: usize> {
+    trajectory: &'b ReferenceTrajectory<'b, A>,
+    parameters: &'b [[AxisParameters; A]],
     /// Whether contouring errors are measured; else they are NaN.
-    pub(super) contour: bool,
-    pub(super) metrics: &'b mut [RunMetrics<A>],
+    contour: bool,
+    metrics: &'b mut [RunMetrics<A>],
 }
 
 impl<const A: usize> Batch<'_, A> {
     /// Fills in the metrics.
-    pub(super) fn run(self) {
+    fn run(self) {
         Arch::new().dispatch(self);
     }
 }
@@ -60,6 +62,61 @@ impl<const A: usize> WithSimd for Batch<'_, A> {
             (true, true) => self.run_on::<S, true, true>(simd),
         }
     }
+}
+
+impl<const A: usize> ReferenceTrajectory<'_, A> {
+    /// How many runs go side by side through one core; batches of a multiple of this waste nothing.
+    pub fn lanes() -> usize {
+        lanes()
+    }
+
+    /// Runs the loop once for every element of `parameters`; the metrics are in the same order.
+    ///
+    /// # Errors
+    /// A parameter out of range.
+    pub fn run(&self, parameters: &[[AxisParameters; A]]) -> Result<Vec<RunMetrics<A>>, SimulationError> {
+        self.run_all(parameters, true)
+    }
+
+    /// As [`ReferenceTrajectory::run`] without measuring contouring errors, which are NaN in the metrics: twice as quick.
+    ///
+    /// # Errors
+    /// A parameter out of range.
+    pub fn run_loop(&self, parameters: &[[AxisParameters; A]]) -> Result<Vec<RunMetrics<A>>, SimulationError> {
+        self.run_all(parameters, false)
+    }
+
+    fn run_all(
+        &self,
+        parameters: &[[AxisParameters; A]],
+        contour: bool,
+    ) -> Result<Vec<RunMetrics<A>>, SimulationError> {
+        for axis in parameters.iter().flatten() {
+            axis.check()?;
+        }
+        // Runs that are about as far behind go side by side: what the far ones need then costs the others nothing.
+        let lags: Vec<f64> = parameters.iter().map(steady_lag_s).collect();
+        let mut order: Vec<usize> = (0..parameters.len()).collect();
+        order.par_sort_unstable_by(|&a, &b| lags[a].total_cmp(&lags[b]).then(a.cmp(&b)));
+        let mut found = vec![RunMetrics::none(); parameters.len()];
+        order.par_chunks(lanes()).zip(found.par_chunks_mut(lanes())).for_each(|(order, metrics)| {
+            let parameters: Vec<_> = order.iter().map(|&i| parameters[i]).collect();
+            Batch { trajectory: self, parameters: &parameters, contour, metrics }.run();
+        });
+        let mut metrics = found.clone();
+        for (&i, found) in order.iter().zip(&found) {
+            metrics[i] = *found;
+        }
+        Ok(metrics)
+    }
+}
+
+/// By how much the slower axis lags behind a ramp, per speed: `|1/r_g - kpf|/kpp` \[s\].
+fn steady_lag_s<const A: usize>(axes: &[AxisParameters; A]) -> f64 {
+    let following_error = |axis: &AxisParameters| {
+        (1.0 / axis.drive.transmission_mm_rad - axis.pdff.kpf_rad_mm).abs() / axis.pdff.kpp_rad_s_mm
+    };
+    axes.iter().map(following_error).fold(0.0, f64::max)
 }
 
 /// What is gathered of the runs, a number a lane.
@@ -86,19 +143,12 @@ impl<const A: usize> Batch<'_, A> {
         });
         let mut tally =
             Tally { contour_max: zero, contour_sum: zero, tracking_max: zero, tracking_sum: zero, voltage: [zero; A] };
-        let mut before = [zero; A];
         for sample in samples {
             let mut following_error = [zero; A];
             let mut square = zero;
             for axis in 0..A {
                 let command = zero.all(sample.command[axis]);
-                let control = axes[axis].control_step(command, zero.all(sample.velocity[axis]));
-                if DELAY {
-                    axes[axis].plant(before[axis]);
-                    before[axis] = control.voltage;
-                } else {
-                    axes[axis].plant(control.voltage);
-                }
+                let control = axes[axis].period::<DELAY>(command, zero.all(sample.velocity[axis]));
                 following_error[axis] = control.following_error;
                 square = control.following_error.mul_add(control.following_error, square);
                 tally.voltage[axis] = tally.voltage[axis].max_abs(control.voltage);
@@ -237,6 +287,13 @@ impl<const A: usize> Kernel for Watched<'_, A> {
 
     #[inline(always)]
     fn run(self) -> Saturation {
+        if self.trajectory.settings.one_sample_delay { self.run_on::<true>() } else { self.run_on::<false>() }
+    }
+}
+
+impl<const A: usize> Watched<'_, A> {
+    #[inline(always)]
+    fn run_on<const DELAY: bool>(self) -> Saturation {
         let ReferenceTrajectory { settings, start_mm, samples, .. } = self.trajectory;
         let mut axes: [_; A] =
             std::array::from_fn(|axis| AxisLoop::new(&self.parameters[axis], settings, start_mm[axis]));
@@ -245,8 +302,7 @@ impl<const A: usize> Kernel for Watched<'_, A> {
         for (k, sample) in samples.iter().enumerate() {
             let mut saturated = false;
             for axis in 0..A {
-                let control = axes[axis].control_step(sample.command[axis], sample.velocity[axis]);
-                axes[axis].advance(control.voltage);
+                let control = axes[axis].period::<DELAY>(sample.command[axis], sample.velocity[axis]);
                 found.locked_up |= watches[axis]
                     .watch(k as u64, control.voltage, control.saturated, control.following_error)
                     .is_some();

@@ -16,6 +16,7 @@ mod plan;
 mod reference_trajectory;
 
 use crate::parameters::OutOfRange;
+use std::convert::Infallible;
 use std::error::Error;
 use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
@@ -354,10 +355,11 @@ impl<const A: usize> Iterator for Simulation<'_, A> {
         let k = self.next;
         self.next += 1;
         let (setpoint, axes, drives) = self.step(k);
-        let actual_mm = SVector::from_fn(|axis, _| axes[axis].actual_mm);
-        let error = self.contour.measure(&actual_mm, &setpoint.position_mm, setpoint.s_mm);
-        self.axes.tell_error(|| error.nearest_mm - actual_mm);
-        Some(Period::of(k, setpoint, axes, &error, drives))
+        let contour = &mut self.contour;
+        let measure = |actual_mm: &SVector<f64, A>| {
+            Ok::<_, Infallible>(contour.measure(actual_mm, &setpoint.position_mm, setpoint.s_mm))
+        };
+        self.axes.finish_period(k, setpoint, (axes, drives), measure).ok()
     }
 
     fn size_hint(&self) -> (usize, Option<usize>) {

@@ -3,13 +3,12 @@
 use nalgebra::{SVector, Vector2};
 use rayon::prelude::*;
 
-use super::batch::{Batch, lanes};
 use super::{MAX_PERIODS, SimulationError};
 use crate::contour::Neighbourhood;
 use crate::feedrate::Motion;
 use crate::interpolator::{Interpolator, periods};
 use crate::path::{Cursor, Path};
-use crate::servo::{AxisParameters, Derivative, LoopSettings};
+use crate::servo::{Derivative, LoopSettings};
 
 /// Most control periods of a [`ReferenceTrajectory`], which keeps them all (up to 600 bytes each).
 pub const MAX_TRAJECTORY_PERIODS: u64 = 1_000_000;
@@ -122,51 +121,6 @@ impl<'a, const A: usize> ReferenceTrajectory<'a, A> {
     pub fn samples(&self) -> u64 {
         self.samples.len() as u64
     }
-
-    /// How many runs go side by side through one core; batches of a multiple of this waste nothing.
-    pub fn lanes() -> usize {
-        lanes()
-    }
-
-    /// Runs the loop once for every element of `parameters`; the metrics are in the same order.
-    ///
-    /// # Errors
-    /// A parameter out of range.
-    pub fn run(&self, parameters: &[[AxisParameters; A]]) -> Result<Vec<RunMetrics<A>>, SimulationError> {
-        self.run_all(parameters, true)
-    }
-
-    /// As [`ReferenceTrajectory::run`] without measuring contouring errors, which are NaN in the metrics: twice as quick.
-    ///
-    /// # Errors
-    /// A parameter out of range.
-    pub fn run_loop(&self, parameters: &[[AxisParameters; A]]) -> Result<Vec<RunMetrics<A>>, SimulationError> {
-        self.run_all(parameters, false)
-    }
-
-    fn run_all(
-        &self,
-        parameters: &[[AxisParameters; A]],
-        contour: bool,
-    ) -> Result<Vec<RunMetrics<A>>, SimulationError> {
-        for axis in parameters.iter().flatten() {
-            axis.check()?;
-        }
-        // Runs that are about as far behind go side by side: what the far ones need then costs the others nothing.
-        let lags: Vec<f64> = parameters.iter().map(steady_lag_s).collect();
-        let mut order: Vec<usize> = (0..parameters.len()).collect();
-        order.par_sort_unstable_by(|&a, &b| lags[a].total_cmp(&lags[b]).then(a.cmp(&b)));
-        let mut found = vec![RunMetrics::none(); parameters.len()];
-        order.par_chunks(lanes()).zip(found.par_chunks_mut(lanes())).for_each(|(order, metrics)| {
-            let parameters: Vec<_> = order.iter().map(|&i| parameters[i]).collect();
-            Batch { trajectory: self, parameters: &parameters, contour, metrics }.run();
-        });
-        let mut metrics = found.clone();
-        for (&i, found) in order.iter().zip(&found) {
-            metrics[i] = *found;
-        }
-        Ok(metrics)
-    }
 }
 
 impl<const A: usize> RunMetrics<A> {
@@ -181,14 +135,6 @@ impl<const A: usize> RunMetrics<A> {
             locked_up: false,
         }
     }
-}
-
-/// By how much the slower axis lags behind a ramp, per speed: `|1/r_g - kpf|/kpp` \[s\].
-fn steady_lag_s<const A: usize>(axes: &[AxisParameters; A]) -> f64 {
-    let following_error = |axis: &AxisParameters| {
-        (1.0 / axis.drive.transmission_mm_rad - axis.pdff.kpf_rad_mm).abs() / axis.pdff.kpp_rad_s_mm
-    };
-    axes.iter().map(following_error).fold(0.0, f64::max)
 }
 
 fn neighbourhood<const A: usize>(
