@@ -54,6 +54,7 @@
 //! | [`scenario`] | scenario and part files to checked values, with diagnostics |
 //! | [`toolpath`] | surface to tool path: drop cutter, step-over, rings, fitted B-splines, links |
 //! | [`machining`] | programs through the machine, the part that is cut, its deviation |
+//! | [`run`] | a scenario or a program from its file to recording, plots and metrics |
 //! | `cli` | the command line (feature `cli`) |
 //!
 //! `path`, `feedrate` and `servo` do not know each other; [`simulation`] brings them together, and everything after it
@@ -73,12 +74,15 @@ pub mod limits;
 pub mod machining;
 pub mod measure;
 pub mod nc;
+#[cfg(feature = "plots")]
+mod numbers;
 pub mod optimize;
 pub mod parameters;
 pub mod path;
 pub mod recording;
 #[cfg(feature = "plots")]
 pub mod report;
+pub mod run;
 pub mod scenario;
 pub mod servo;
 pub mod simulation;

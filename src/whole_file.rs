@@ -11,7 +11,7 @@ use std::process;
 use std::time::Duration;
 
 /// Where it cannot be known whether a process runs, an unfinished file of this age is left over.
-const LEFT_OVER: Duration = Duration::from_secs(24 * 3600);
+const LEFT_OVER: Duration = Duration::from_hours(24);
 
 /// Writes a whole file; an existing one is replaced.
 ///

@@ -10,8 +10,8 @@ use crate::servo::Derivative;
 use clap::Args;
 use serde::Serialize;
 
-use super::output::{OutputArgs, make_folder, note, printable, short, significant};
-use super::{CliError, Outcome, plot};
+use super::output::{OutputArgs, make_folder, note, printable, short, significant, wrote};
+use super::{CliError, Outcome};
 
 /// Arguments of `servosim analyze`.
 #[derive(Debug, Args)]
@@ -88,7 +88,7 @@ pub(crate) fn run(args: &AnalyzeArgs) -> Result<Outcome, CliError> {
         make_folder(&args.out.folder)?;
         let name = &scenario.name;
         let written = report::write_loops(name, &loops, &args.out.folder, name, format)?;
-        args.out.print.note(&plot::wrote(&written));
+        args.out.print.note(&wrote(&written));
     }
     if analysis.axes.iter().all(|axis| axis.stable) {
         return Ok(Outcome::Fine);

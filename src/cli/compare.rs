@@ -13,9 +13,12 @@ use crate::servo::ControllerKind;
 use crate::simulation::{Observer, SimulationError};
 use clap::{Args, ValueEnum};
 
-use super::output::{OutputArgs, make_folder, note, printable, significant};
-use super::run::stop_flag;
-use super::{CliError, Outcome, plot};
+use super::comparison_table::table;
+use super::interrupt::stop_flag;
+use super::output::{OutputArgs, RecordArgs, make_folder, note, printable, wrote};
+
+use super::{CliError, Outcome};
+use crate::run::recorded;
 
 /// Most columns of a table.
 const MOST_COLUMNS: usize = 12;
@@ -50,6 +53,8 @@ pub(crate) struct CompareArgs {
     /// Replace one value of the scenario, such as axes.x.pdff.kpp=120 (may be given again)
     #[arg(long = "set", value_name = "KEY=VALUE")]
     set: Vec<String>,
+    #[command(flatten)]
+    record: RecordArgs,
     #[command(flatten)]
     out: OutputArgs,
 }
@@ -93,7 +98,7 @@ pub(crate) fn run(args: &CompareArgs) -> Result<Outcome, CliError> {
     args.out.print.show(&comparison, || table(&comparison) + &remarks(&scenario, &columns, &comparison))?;
     let written = written?;
     if !written.is_empty() {
-        args.out.print.note(&plot::wrote(&written));
+        args.out.print.note(&wrote(&written));
     }
     if !comparison.is_broken() {
         return Ok(Outcome::Fine);
@@ -181,7 +186,8 @@ fn plots(
         let mut variant = column.of(scenario);
         variant.name = stem;
         let path = args.out.folder.join(format!("{}.mcap", variant.name));
-        let mut recorder = Recorder::create(&path, RecordingMetadata::new(&variant.name, &variant.source))?;
+        let metadata = RecordingMetadata::new(&variant.name, &variant.source).with_drives(&variant.drives);
+        let mut recorder = Recorder::create_as(&path, metadata, args.record.options())?;
         let mut observers: Vec<&mut dyn Observer<2>> = vec![&mut recorder];
         let summary = match variant.run_until(Some(stop), &mut observers) {
             Ok(summary) => summary,
@@ -193,7 +199,7 @@ fn plots(
             return Err(CliError::Stopped("the plots were drawn; the table is whole"));
         }
         recorder.finish(&summary)?;
-        let mut data = plot::load(&path, Some(stop))?;
+        let mut data = recorded(&path, Some(stop))?;
         if columns.len() > 1 {
             column.name().clone_into(&mut data.metadata_mut().name);
         }
@@ -262,56 +268,4 @@ fn broken(comparison: &Comparison) -> Vec<String> {
         }
     }
     out
-}
-
-/// The table for people, ending in a newline.
-pub(crate) fn table(comparison: &Comparison) -> String {
-    let mut out = format!("{}\n\n", printable(&comparison.scenario));
-    errors(&mut out, comparison);
-    out
-}
-
-/// Largest contouring errors, line by line, and how far each is from the model's.
-pub(crate) fn errors(out: &mut String, comparison: &Comparison) {
-    let cell = |cell: &Option<Cell>| match cell {
-        None => "diverged".to_owned(),
-        Some(cell) if cell.locked_up => format!("{} locked", significant(cell.max_contour_error_um, 4)),
-        Some(cell) => significant(cell.max_contour_error_um, 4),
-    };
-    let apart = |cell: &Option<Cell>| {
-        cell.and_then(|cell| cell.from_model_um).map_or_else(String::new, |apart| significant(apart, 3))
-    };
-    // Where the model is all there is, there is nothing to be told from it.
-    let tells = comparison.lines.len() > 1;
-    let head = "max contouring error";
-    let mut rows = vec![(head, comparison.columns.iter().map(|name| (printable(name), "Δ".to_owned())).collect())];
-    for (i, row) in comparison.lines.iter().enumerate() {
-        let cells: Vec<(String, String)> =
-            row.runs.iter().map(|run| (cell(run), if i > 0 { apart(run) } else { String::new() })).collect();
-        rows.push((row.drives.as_str(), cells));
-    }
-    let width = |pick: &dyn Fn(&(String, String)) -> usize, k: usize| {
-        rows.iter().filter_map(|(_, cells): &(&str, Vec<(String, String)>)| cells.get(k)).map(pick).max().unwrap_or(0)
-    };
-    let widths: Vec<(usize, usize)> = (0..comparison.columns.len())
-        .map(|k| (width(&|(error, _)| error.chars().count(), k), width(&|(_, apart)| apart.chars().count(), k)))
-        .collect();
-    for (label, cells) in &rows {
-        let mut line = format!("  {label:<20}");
-        for ((error, apart), (left, right)) in cells.iter().zip(&widths) {
-            // Writing to a string does not fail.
-            let _ = write!(line, "  {error:>left$}");
-            if tells {
-                let _ = write!(line, "  {apart:>right$}");
-            }
-        }
-        line.push_str(if *label == head { "  µm" } else { "" });
-        let _ = writeln!(out, "{}", line.trim_end());
-    }
-    if tells {
-        out.push_str(
-            "\n  Δ: largest difference of the contouring error from the model's at the same time. An effect or a compensation may lower the\n  \
-             largest error where it works against the loop's own lag or lead, and raise it elsewhere: Δ is what it adds.\n",
-        );
-    }
 }

@@ -9,9 +9,9 @@ use crate::scenario::{Document, Scenario};
 use crate::simulation::write_corrections;
 use clap::Args;
 
-use super::output::{OutputArgs, make_folder, note, printable, significant};
-use super::run::stop_flag;
-use super::{CliError, Outcome, plot};
+use super::interrupt::stop_flag;
+use super::output::{OutputArgs, make_folder, note, printable, significant, wrote};
+use super::{CliError, Outcome};
 
 /// Arguments of `servosim learn`.
 #[derive(Debug, Args)]
@@ -76,7 +76,7 @@ pub(crate) fn run(args: &LearnArgs) -> Result<Outcome, CliError> {
     if let Some(format) = args.out.plots.format() {
         written.extend(report::write_learning(&learned, &args.out.folder, &scenario.name, format)?);
     }
-    args.out.print.note(&plot::wrote(&written));
+    args.out.print.note(&wrote(&written));
     if learned.improved() || learned.continued {
         args.out.print.note(&how_to_run(&document, &scenario, &file));
     }

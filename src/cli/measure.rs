@@ -13,9 +13,9 @@ use crate::scenario::{Document, Scenario};
 use crate::summary::SummaryObserver;
 use clap::{Args, Subcommand};
 
-use super::output::{OutputArgs, make_folder, note, printable, short, significant};
-use super::run::end_when_interrupted;
-use super::{CliError, Outcome, analyze, plot};
+use super::interrupt::end_when_interrupted;
+use super::output::{OutputArgs, make_folder, note, printable, short, significant, wrote};
+use super::{CliError, Outcome, analyze};
 
 /// Arguments of `servosim measure`.
 #[derive(Debug, Args)]
@@ -271,7 +271,7 @@ fn show(
     out.print.show(metrics, table)?;
     if let Some(format) = out.plots.format() {
         make_folder(&out.folder)?;
-        out.print.note(&plot::wrote(&draw(&out.folder, format)?));
+        out.print.note(&wrote(&draw(&out.folder, format)?));
     }
     Ok(Outcome::Fine)
 }

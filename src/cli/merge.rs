@@ -5,9 +5,10 @@ use std::path::PathBuf;
 use crate::sweep::merge;
 use clap::Args;
 
+use super::interrupt::stop_flag;
 use super::output::make_folder;
 use super::sweep::FinishArgs;
-use super::{CliError, Outcome, run};
+use super::{CliError, Outcome};
 
 /// Arguments of `servosim merge`.
 #[derive(Debug, Args)]
@@ -29,7 +30,7 @@ pub(crate) struct MergeArgs {
 /// Joins the parts.
 pub(crate) fn run(args: &MergeArgs) -> Result<Outcome, CliError> {
     let (sweep, journals) = merge(&args.parts)?;
-    let stop = run::stop_flag();
+    let stop = stop_flag();
     make_folder(args.finish.folder())?;
     args.finish.write(&sweep, &journals, &stop)
 }

@@ -3,7 +3,9 @@
 mod analyze;
 mod check;
 mod compare;
+mod comparison_table;
 mod inspect;
+mod interrupt;
 mod junit;
 mod learn;
 mod measure;
@@ -11,7 +13,6 @@ mod merge;
 mod new;
 mod output;
 mod part_table;
-mod pictures;
 mod plot;
 mod program;
 mod progress;
@@ -32,11 +33,12 @@ use std::path::PathBuf;
 use std::process::ExitCode;
 
 use crate::learning::LearnError;
-use crate::machining::{InspectionError, ProgramError};
+use crate::machining::ProgramError;
 use crate::measure::MeasureError;
 use crate::nc::{NcError, WriteError};
 use crate::recording::{ReadError, RecordingError};
 use crate::report::ReportError;
+use crate::run::RunError;
 use crate::scenario::ScenarioError;
 use crate::simulation::SimulationError;
 use crate::sweep::SweepError;
@@ -133,25 +135,9 @@ pub(crate) enum CliError {
     /// The program could not be written.
     #[error("the program cannot be written: {0}")]
     WriteProgram(#[from] WriteError),
-    /// The program could not be run.
-    #[error("{}: {source}", path.display())]
-    Program {
-        /// Which one.
-        path: PathBuf,
-        /// What is wrong.
-        source: ProgramError,
-    },
-    /// The part could not be looked at.
-    #[error("no machining check: {0}")]
-    Inspection(InspectionError),
-    /// There is no such program.
-    #[error("the program {} cannot be read: {source}", path.display())]
-    NoProgram {
-        /// Which one.
-        path: PathBuf,
-        /// Why.
-        source: io::Error,
-    },
+    /// A run failed, or its files.
+    #[error(transparent)]
+    RunFailed(RunError),
     /// The run did not reach its end.
     #[error(transparent)]
     Simulation(#[from] SimulationError),
@@ -188,12 +174,6 @@ pub(crate) enum CliError {
         /// When in the simulation.
         time_s: f64,
         /// What there is of the recording.
-        recording: PathBuf,
-    },
-    /// The user stopped it while it read a recording for its plots.
-    #[error("interrupted before the plots were drawn; {} is whole, `servosim plot` draws it", recording.display())]
-    PlotsInterrupted {
-        /// The recording.
         recording: PathBuf,
     },
     /// The user stopped it.
@@ -258,23 +238,19 @@ impl From<SweepError> for CliError {
     }
 }
 
-impl CliError {
-    /// A program that could not be run. What is wrong with the machine or the loop is no fault of the program.
-    fn program(path: &std::path::Path, source: ProgramError) -> Self {
-        match source {
-            ProgramError::Simulation(error) => Self::Simulation(error),
-            source => Self::Program { path: path.to_owned(), source },
-        }
-    }
-
-    /// A part that could not be looked at.
-    fn inspection(path: &std::path::Path, error: InspectionError) -> Self {
+impl From<RunError> for CliError {
+    fn from(error: RunError) -> Self {
         match error {
-            InspectionError::Program(source) => Self::program(path, source),
-            error => Self::Inspection(error),
+            RunError::Simulation(error) => Self::Simulation(error),
+            RunError::Recording(error) => Self::Recording(error),
+            RunError::Read(error) => Self::Read(error),
+            RunError::Report(error) => Self::Report(error),
+            other => Self::RunFailed(other),
         }
     }
+}
 
+impl CliError {
     /// What to do, where the message of the library does not know the command line.
     fn help(&self) -> Option<&'static str> {
         match self {
@@ -284,18 +260,20 @@ impl CliError {
             Self::Read(ReadError::Open { source, .. }) if source.kind() == io::ErrorKind::NotFound => Some(
                 "looked for a file of that name, with .mcap behind it, and in the folder output; `servosim run` records one",
             ),
+            Self::RunFailed(RunError::NoFolder { .. }) => Some("--output takes a folder; it is made if it is missing"),
+            Self::RunFailed(RunError::NoMotion { .. }) => {
+                Some("it holds no G00, G01, G02, G03 or NURBS block that leads anywhere")
+            }
             _ => None,
         }
     }
 
     fn exit_code(&self) -> u8 {
         match self {
+            Self::RunFailed(error) if error.is_input() => 2,
             Self::Scenario(_)
             | Self::Plan(_)
             | Self::WriteProgram(WriteError::Rounding { .. })
-            | Self::Inspection(_)
-            | Self::NoProgram { .. }
-            | Self::Program { source: ProgramError::Read(NcError::Syntax(_)) | ProgramError::Motion { .. }, .. }
             | Self::Invalid { .. }
             | Self::Usage(_)
             | Self::Measure(MeasureError::Request(_) | MeasureError::TooLong { .. })
@@ -376,7 +354,9 @@ fn tell(error: &CliError) {
     let mut stderr = anstream::stderr().lock();
     let text = match error {
         CliError::Scenario(error) => error.render(true),
-        CliError::Program { source: ProgramError::Read(NcError::Syntax(error)), .. } => error.render(true),
+        CliError::RunFailed(RunError::Program { source: ProgramError::Read(NcError::Syntax(error)), .. }) => {
+            error.render(true)
+        }
         other => format!("error: {}\n", output::printable(&other.to_string())),
     };
     // Nobody is left to be told of a failure here.

@@ -1,13 +1,15 @@
 //! What every command that gives metrics takes: where files go and what is printed. Standard output, and numbers for people.
 
-use std::fs;
 use std::io::{self, Write};
 use std::path::{Path, PathBuf};
 
 use crate::limits::is_kept;
+use crate::recording::{Compression, RecordingOptions};
 use crate::report;
 use clap::{Args, ValueEnum};
 use serde::Serialize;
+
+pub(super) use crate::numbers::{short, significant};
 
 use super::CliError;
 
@@ -22,6 +24,34 @@ pub(crate) struct OutputArgs {
     pub(super) plots: Plots,
     #[command(flatten)]
     pub(super) print: PrintArgs,
+}
+
+/// How runs are recorded.
+#[derive(Debug, Clone, Copy, Args)]
+pub(crate) struct RecordArgs {
+    /// Compression of the recording: LZ4 makes about three quarters of its size
+    #[arg(long, value_enum, default_value = "none")]
+    compress: Compress,
+    /// Record each Nth control period; the metrics know them all, the plots show what was recorded
+    #[arg(long, value_name = "N", default_value_t = 1, value_parser = clap::value_parser!(u64).range(1..))]
+    every: u64,
+}
+
+/// Compression of recordings.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+pub(crate) enum Compress {
+    None,
+    Lz4,
+}
+
+impl RecordArgs {
+    pub(super) fn options(self) -> RecordingOptions {
+        let compression = match self.compress {
+            Compress::None => Compression::None,
+            Compress::Lz4 => Compression::Lz4,
+        };
+        RecordingOptions { compression, every: self.every }
+    }
 }
 
 /// What is printed.
@@ -82,6 +112,11 @@ impl PrintArgs {
         !self.quiet && super::is_watched()
     }
 
+    /// Whether a table is printed.
+    pub(crate) fn has_table(&self) -> bool {
+        !self.has_no_table()
+    }
+
     /// Whether no table tells a person why the exit code is not 0.
     pub(crate) fn has_no_table(&self) -> bool {
         self.quiet || self.format == Format::Json
@@ -137,15 +172,19 @@ pub(crate) fn note(text: &str) {
     let _ = writeln!(io::stderr().lock(), "{}", printable(text));
 }
 
+/// "wrote a, b and c".
+pub(crate) fn wrote(paths: &[PathBuf]) -> String {
+    let names: Vec<String> = paths.iter().map(|path| path.display().to_string()).collect();
+    match names.as_slice() {
+        [] => "wrote nothing".to_owned(),
+        [one] => format!("wrote {one}"),
+        [first @ .., last] => format!("wrote {} and {last}", first.join(", ")),
+    }
+}
+
 /// Makes the folder that output goes to.
 pub(crate) fn make_folder(folder: &Path) -> Result<(), CliError> {
-    fs::create_dir_all(folder).map_err(|source| match fs::metadata(folder) {
-        Ok(meta) if !meta.is_dir() => CliError::Usage(format!(
-            "cannot write to {}: it is a file, not a folder\nhelp: --output takes a folder; it is made if it is missing",
-            folder.display()
-        )),
-        _ => CliError::Write { path: folder.to_owned(), source },
-    })
+    Ok(crate::run::make_folder(folder)?)
 }
 
 /// `text` without control characters (newlines stay): file names may hold any.
@@ -173,33 +212,6 @@ pub(crate) fn percent(share: f64) -> String {
         format!("{share:.1e}")
     } else {
         format!("{share:.1}")
-    }
-}
-
-/// A number with about `digits` digits, and no more decimals than that needs.
-pub(crate) fn significant(value: f64, digits: usize) -> String {
-    if value == 0.0 {
-        return "0".to_owned();
-    }
-    if !value.is_finite() {
-        return if value.is_nan() { "-".to_owned() } else { "infinite".to_owned() };
-    }
-    let magnitude = value.abs();
-    if !(1e-4..1e9).contains(&magnitude) {
-        return format!("{value:.*e}", digits.saturating_sub(1));
-    }
-    let whole =
-        (0_usize..9).rev().find(|&n| magnitude >= 10f64.powi(i32::try_from(n).unwrap_or(0))).map_or(0, |n| n + 1);
-    format!("{value:.*}", digits.saturating_sub(whole))
-}
-
-/// As [`figure`], without zeros at the end of the decimals.
-pub(crate) fn short(value: f64, digits: usize) -> String {
-    let text = significant(value, digits);
-    if text.contains('.') && !text.contains('e') {
-        text.trim_end_matches('0').trim_end_matches('.').to_owned()
-    } else {
-        text
     }
 }
 

@@ -1,21 +1,17 @@
 //! `servosim run`: runs a scenario, records it, plots it and prints its metrics.
 
-use crate::parameters::AXIS_NAMES;
-use std::path::{Path, PathBuf};
-use std::sync::atomic::{AtomicBool, Ordering};
-use std::sync::{Arc, OnceLock};
-use std::time::{Duration, Instant};
+use std::fmt::Write as _;
 
-use crate::comparison::{Column, Comparison};
-use crate::recording::{Recorder, RecordingMetadata};
-use crate::report;
+use crate::run::{RunReport, RunRequest, Stage, Watch, is_program, recording_bytes, run_scenario};
 use crate::scenario::{Document, Scenario};
-use crate::simulation::{Ending, Observer};
+use crate::simulation::Event;
+use crate::simulation::{Observer, ObserverError, Period, Place, RunPlan};
 use clap::Args;
 
-use super::output::{OutputArgs, make_folder, note, short};
-use super::progress::Progress;
-use super::{CliError, Outcome, analyze, compare, plot, program, table};
+use super::interrupt::stop_flag;
+use super::output::{OutputArgs, RecordArgs, note, short, wrote};
+use super::progress::{Progress, Stages};
+use super::{CliError, Outcome, comparison_table, program, table};
 
 /// Arguments of `servosim run`.
 #[derive(Debug, Args)]
@@ -26,6 +22,7 @@ Examples:
   servosim run alpha.toml --set feedrate.profile.quintic.phase_s=0.1
   servosim run heart --format json --plots none
   servosim run output/patch.nc
+  servosim run alpha --name before --set axes.x.pdff.kpp=80
 
 Tables of a scenario beyond the ideal drive model:
   [axes.x.effects]          mismatch, encoder, noise, delay, dac, current_loop,
@@ -37,6 +34,9 @@ Tables of a scenario beyond the ideal drive model:
   [control.cross_coupling]  cross-coupled control
   [[feedrate.override]]     feed override and feed hold during the run
   learned.file              a correction that `servosim learn` has written
+
+NAME.mcap is the recording, NAME.layout.json the layout of a viewer (Foxglove, Lichtblick) for it; plots of an \
+earlier run of the same name that this one does not draw are removed.
 
 `servosim schema` lists every key. For a scenario with effects a table shows the error with each of them, and \
 the recording has a topic /drives with the drive signals of every control period.
@@ -54,25 +54,33 @@ pub(crate) struct RunArgs {
     /// Replace one value of the scenario, such as axes.x.pdff.kpp=120 (may be given again)
     #[arg(long = "set", value_name = "KEY=VALUE")]
     pub(super) set: Vec<String>,
+    /// Name of the recording and the plots [default: that of the scenario or the program]
+    #[arg(long, value_name = "NAME")]
+    pub(super) name: Option<String>,
+    #[command(flatten)]
+    pub(super) record: RecordArgs,
     #[command(flatten)]
     pub(super) out: OutputArgs,
 }
 
-/// What a control period takes in a recording, about.
-const BYTES_A_SAMPLE: u64 = 311;
-
-/// The drive signals takes beside, where they are more than their model.
-const BYTES_A_SAMPLE_OF_DRIVES: u64 = 212;
+impl RunArgs {
+    /// What is asked of the run.
+    pub(super) fn request(&self) -> RunRequest {
+        let mut request = RunRequest::new(&self.out.folder);
+        request.name.clone_from(&self.name);
+        request.recording = self.record.options();
+        request.plots = self.out.plots.format();
+        request.compare_effects = self.out.print.has_table();
+        request
+    }
+}
 
 /// From this size on a recording is told of before it is written \[bytes\].
 const WORTH_A_WARNING: u64 = 1_000_000_000;
 
-/// Up to so many samples the effects of the drives are run one by one too.
-const MOST_COMPARED: u64 = 1_000_000;
-
-/// Runs the scenario.
+/// Runs the scenario or the program.
 pub(crate) fn run(args: &RunArgs) -> Result<Outcome, CliError> {
-    if program::is_program(&args.scenario) {
+    if is_program(&args.scenario) {
         return program::run(args);
     }
     if args.part.is_some() {
@@ -85,118 +93,124 @@ pub(crate) fn run(args: &RunArgs) -> Result<Outcome, CliError> {
         document.set(key_value)?;
     }
     let scenario = document.scenario()?;
-    let stop = stop_flag();
-    make_folder(&args.out.folder)?;
-
-    let simulation = scenario.simulation()?;
-    let of_drives = if scenario.is_model() { 0 } else { BYTES_A_SAMPLE_OF_DRIVES };
-    let bytes = simulation.samples().saturating_mul(BYTES_A_SAMPLE + of_drives);
-    if !args.out.print.quiet && bytes >= WORTH_A_WARNING {
-        note(&format!(
-            "note: {} samples make a recording of about {} GB in {}; Ctrl-C ends the run",
-            simulation.samples(),
-            short(bytes as f64 / 1e9, 2),
-            args.out.folder.display()
-        ));
-    }
-    let path = args.out.folder.join(format!("{}.mcap", scenario.name));
-    let replaces = path.is_file();
-    let mut recorder = Recorder::create(&path, RecordingMetadata::new(&scenario.name, &scenario.source))?;
-    let name = path.file_name().map(|name| name.to_string_lossy().into_owned());
-    let mut metrics = scenario.summary_observer().with_recording(name);
-    let mut progress = Progress::new(args.out.print.is_watched());
-    let mut observers: Vec<&mut dyn Observer<2>> = vec![&mut metrics, &mut recorder, &mut progress];
-    let ending = simulation.run(&scenario.limits, Some(&stop), &mut observers)?;
-    progress.finish();
-    let summary = metrics.summary();
-    let effects = effects(&scenario, &stop);
-    let show = || args.out.print.show(&summary, || table::table(&summary) + &effects);
-    if ending == Ending::Interrupted {
-        let recording = recorder.interrupted(&summary)?.path.unwrap_or(path);
-        show()?;
-        let time_s = summary.samples.saturating_sub(1) as f64 * summary.period_s;
-        return Err(CliError::Interrupted { time_s, recording });
-    }
-    recorder.finish(&summary)?;
-    let mut written = vec![path];
-    let plots = plots(args, &scenario.name, &written[0], &stop);
+    let request = args.request();
+    warn_of_size(args, &scenario, &request)?;
+    let mut shown = Shown::new(args.out.print.is_watched());
+    let report = run_scenario(&scenario, &request, &stop_flag(), &mut shown)?;
+    shown.finish();
+    let effects = report.effects.as_ref().map_or(String::new(), |effects| {
+        let mut out = "\n".to_owned();
+        comparison_table::errors(&mut out, effects);
+        out
+    });
     // Metrics and recording are there whatever becomes of the plots.
-    show()?;
-    let plots = plots.map(|files| written.extend(files));
-    if !args.out.print.quiet {
-        let replaced = if replaces { " (the recording of an earlier run was replaced)" } else { "" };
-        note(&format!("{}{replaced}", plot::wrote(&written)));
+    args.out.print.show(&report.summary, || table::table(&report.summary) + &effects)?;
+    finish(args, report, "; `servosim analyze` says more")
+}
+
+/// What a run ends with once its metrics are shown: files, notes, and what the exit code is.
+pub(super) fn finish(args: &RunArgs, report: RunReport, on_instability: &str) -> Result<Outcome, CliError> {
+    if report.interrupted {
+        let time_s = report.summary.samples.saturating_sub(1) as f64 * report.summary.period_s;
+        return Err(CliError::Interrupted { time_s, recording: report.recording });
     }
-    plots?;
     if !args.out.print.quiet {
-        warn_of_instability(&scenario);
-        for warning in summary.warnings() {
+        let mut text = wrote(&report.written);
+        if report.replaced {
+            text.push_str(" (the recording of an earlier run was replaced)");
+        }
+        if !report.removed.is_empty() {
+            // Writing to a string does not fail.
+            let count = report.removed.len();
+            let _ = write!(text, "; {count} plot{} of an earlier run removed", if count == 1 { "" } else { "s" });
+        }
+        note(&text);
+    }
+    if let Some(error) = report.plots_error {
+        return Err(error.into());
+    }
+    if !args.out.print.quiet {
+        // A loop that is unstable but has not had the time to show it passes every limit: somebody should hear of it.
+        for name in &report.unstable_axes {
+            note(&format!(
+                "note: the loop of axis {name} is unstable, even if this run does not show it{on_instability}"
+            ));
+        }
+        for warning in report.summary.warnings() {
             note(&format!("warning: {warning}"));
         }
     }
-    if summary.passed() {
+    if report.summary.passed() {
         return Ok(Outcome::Fine);
     }
     if args.out.print.has_no_table() {
-        note(&table::failures(&summary));
+        note(&table::failures(&report.summary));
     }
     Ok(Outcome::Broken)
 }
 
-/// What each effect of the drives costs, where they are more than their models.
-fn effects(scenario: &Scenario, stop: &AtomicBool) -> String {
-    let few = scenario.simulation().is_ok_and(|simulation| simulation.samples() <= MOST_COMPARED);
-    if scenario.is_model() && scenario.corrections_mm.is_none() || !few {
-        return String::new();
-    }
-    Comparison::until(stop, scenario, &[Column::Own]).ok().flatten().map_or(String::new(), |comparison| {
-        let mut out = "\n".to_owned();
-        compare::errors(&mut out, &comparison);
-        out
-    })
-}
-
-/// A loop that is unstable but has not had the time to show it passes every limit: somebody should hear of it.
-fn warn_of_instability(scenario: &Scenario) {
-    let Ok(loops) = analyze::loops(scenario) else { return };
-    for (name, _) in AXIS_NAMES.iter().zip(loops).filter(|(_, axis)| !axis.is_stable()) {
+/// A recording that fills a disk is told of before it is written.
+fn warn_of_size(args: &RunArgs, scenario: &Scenario, request: &RunRequest) -> Result<(), CliError> {
+    let (samples, bytes) = recording_bytes(scenario, request)?;
+    if !args.out.print.quiet && bytes >= WORTH_A_WARNING {
         note(&format!(
-            "note: the loop of axis {name} is unstable, even if this run does not show it; `servosim analyze` says more"
+            "note: {samples} samples make a recording of about {} GB in {}; Ctrl-C ends the run, --every N records each Nth",
+            short(bytes as f64 / 1e9, 2),
+            args.out.folder.display()
         ));
     }
+    Ok(())
 }
 
-/// Draws the plots of the recording, as `servosim plot` does: what is seen is what was recorded.
-fn plots(args: &RunArgs, name: &str, recording: &Path, stop: &AtomicBool) -> Result<Vec<PathBuf>, CliError> {
-    let Some(format) = args.out.plots.format() else { return Ok(Vec::new()) };
-    let data = plot::load(recording, Some(stop))?;
-    Ok(report::write_all(&[data], &args.out.folder, name, format)?)
+/// Shows on standard error how far a run is.
+pub(super) struct Shown {
+    progress: Progress,
+    stages: Option<Stages>,
+    is_watched: bool,
 }
 
-/// Two signals closer together than this are one.
-const TWICE: Duration = Duration::from_millis(300);
+impl Shown {
+    pub(super) fn new(is_watched: bool) -> Self {
+        Self { progress: Progress::new(is_watched), stages: None, is_watched }
+    }
 
-/// A flag that Ctrl-C raises, so that a run (a search) ends soon and in order; a second Ctrl-C ends the program at once.
-pub(crate) fn stop_flag() -> Arc<AtomicBool> {
-    let flag = Arc::new(AtomicBool::new(false));
-    let raised = Arc::clone(&flag);
-    // Without a handler Ctrl-C just ends the program, which is no reason not to run.
-    let first = OnceLock::new();
-    let _ = ctrlc::set_handler(move || {
-        // `timeout` and schedulers send one signal to the process and at once another to its group: that is one wish.
-        let since = first.get_or_init(Instant::now).elapsed();
-        if raised.swap(true, Ordering::Relaxed) && since > TWICE {
-            std::process::exit(1);
+    /// Clears what is shown.
+    pub(super) fn finish(&mut self) {
+        self.progress.finish();
+        self.stages = None;
+    }
+}
+
+impl<const A: usize> Observer<A> for Shown {
+    fn begin(&mut self, plan: &RunPlan<'_, A>) -> Result<(), ObserverError> {
+        Observer::<A>::begin(&mut self.progress, plan)
+    }
+
+    fn place(&mut self, place: &Place) -> Result<(), ObserverError> {
+        Observer::<A>::place(&mut self.progress, place)
+    }
+
+    fn period(&mut self, period: &Period<A>) -> Result<(), ObserverError> {
+        self.progress.period(period)
+    }
+
+    fn event(&mut self, event: &Event) -> Result<(), ObserverError> {
+        Observer::<A>::event(&mut self.progress, event)
+    }
+}
+
+impl<const A: usize> Watch<A> for Shown {
+    fn stage(&mut self, stage: Stage) {
+        if stage == Stage::Simulating {
+            return;
         }
-    });
-    flag
-}
-
-/// Ctrl-C ends the program at once, with a word: for what leaves nothing half done.
-pub(crate) fn end_when_interrupted(word: &'static str) {
-    // Without a handler Ctrl-C just ends the program.
-    let _ = ctrlc::set_handler(move || {
-        note(word);
-        std::process::exit(1);
-    });
+        self.progress.finish();
+        if stage == Stage::CuttingNominalPart {
+            let stages = Stages::new(self.is_watched);
+            stages.begin("cutting the part as the program has it");
+            self.stages = Some(stages);
+        } else {
+            self.stages = None;
+        }
+    }
 }

@@ -7,8 +7,8 @@ use crate::toolpath::{StepoverComparison, StepoverRow};
 use clap::Args;
 use serde::Serialize;
 
-use super::output::{OutputArgs, make_folder, percent, short, significant};
-use super::{CliError, Outcome, plot};
+use super::output::{OutputArgs, make_folder, percent, short, significant, wrote};
+use super::{CliError, Outcome};
 
 /// Most scallop heights that a plot can tell apart, and most curvature radii that it can mark.
 const MOST: [usize; 2] = [6, 24];
@@ -93,7 +93,7 @@ pub(crate) fn run(args: &StepoverArgs) -> Result<Outcome, CliError> {
             range_mm: compared.sound_range_mm(),
         };
         let stem = format!("ball-{}mm", short(args.radius, 4));
-        args.out.print.note(&plot::wrote(&picture.write(&args.out.folder, &stem, format)?));
+        args.out.print.note(&wrote(&picture.write(&args.out.folder, &stem, format)?));
     }
     Ok(Outcome::Fine)
 }

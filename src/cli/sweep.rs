@@ -13,8 +13,9 @@ use crate::sweep::{
 use clap::{Args, ValueEnum};
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 
-use super::output::{OutputArgs, make_folder, note, percent, printable, short, significant};
-use super::{CliError, Outcome as Found, is_watched, plot, run};
+use super::interrupt::stop_flag;
+use super::output::{OutputArgs, make_folder, note, percent, printable, short, significant, wrote};
+use super::{CliError, Outcome as Found, is_watched};
 
 /// Arguments of `servosim sweep`.
 #[derive(Debug, Args)]
@@ -130,7 +131,7 @@ pub(crate) fn run(args: &SweepArgs) -> Result<Found, CliError> {
     let margins = args.margins || args.finish.metric.is_margin();
     let plan = Plan { method: args.method.map(Method::from), samples: args.samples, seed: args.seed, margins };
     let sweep = Sweep::new(&document, &args.vary, &plan)?;
-    let stop = run::stop_flag();
+    let stop = stop_flag();
     let finish = &args.finish;
     make_folder(&finish.out.folder)?;
     let session = Session::open(&sweep, &finish.out.folder, args.shard.unwrap_or(Shard::WHOLE), args.fresh, None)?;
@@ -206,7 +207,7 @@ impl FinishArgs {
             Some(format) => picture.write(&self.out.folder, format).map(|plots| files.extend(plots)),
             None => Ok(()),
         };
-        self.out.print.note(&plot::wrote(&files));
+        self.out.print.note(&wrote(&files));
         plots?;
         Ok(Found::Fine)
     }

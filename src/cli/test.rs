@@ -14,8 +14,8 @@ use clap::Args;
 use rayon::ThreadPoolBuilder;
 use serde::Serialize;
 
+use super::interrupt::stop_flag;
 use super::output::{PrintArgs, make_folder, margin, note, printable, short, significant};
-use super::run::stop_flag;
 use super::tested::{Tested, Verdict, held};
 use super::{CliError, Outcome, junit, tell};
 

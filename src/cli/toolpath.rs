@@ -3,14 +3,15 @@
 use std::path::{Path, PathBuf};
 
 use crate::machining::{Inspection, PartMetrics, ProgramStatistics};
-use crate::nc::{Reader, Reading};
+use crate::nc::Reader;
 use crate::report::write_file;
+use crate::run::RunError;
 use crate::scenario::{Document, Part, PlannedProgram, ToolPathSummary};
 use clap::Args;
 
-use super::output::{OutputArgs, make_folder, note};
+use super::output::{OutputArgs, make_folder, note, wrote};
 use super::progress::Stages;
-use super::{CliError, Outcome, part_table, pictures, plot, table};
+use super::{CliError, Outcome, part_table, table};
 
 /// Arguments of `servosim toolpath`.
 #[derive(Debug, Args)]
@@ -52,26 +53,28 @@ pub(crate) fn run(args: &ToolpathArgs) -> Result<Outcome, CliError> {
 
     stages.begin("cutting the part");
     // What is checked is what stands in the file.
-    let blocks = || Reader::new(program.text.as_bytes(), file.display().to_string(), reading(&part));
-    let statistics = ProgramStatistics::of(blocks(), &part.machine).map_err(|error| CliError::program(&file, error))?;
+    let blocks = || Reader::new(program.text.as_bytes(), file.display().to_string(), part.reading());
+    let statistics = ProgramStatistics::of(blocks(), &part.machine).map_err(|error| RunError::program(&file, error))?;
     let inspection =
         Inspection::new(&*part.surface, part.cutter, &part.region, part.options.tolerance_mm, part.cell_mm)
-            .map_err(|error| CliError::inspection(&file, error))?;
-    let map = inspection.nominal(blocks()).map_err(|error| CliError::inspection(&file, error))?;
+            .map_err(|error| RunError::inspection(&file, error))?;
+    let map = inspection.nominal(blocks()).map_err(|error| RunError::inspection(&file, error))?;
     let nominal = PartMetrics::of(&map, part.options.scallop_mm, part.options.tolerance_mm);
     let summary = ToolPathSummary::new(&part, &path, &program, &statistics, nominal);
     drop(stages);
     if let Some(format) = args.out.plots.format() {
-        written.extend(pictures::of_path(&part, &path, &inspection, &summary).write(
+        written.extend(crate::run::pictures::of_path(&part, &path, &inspection, &summary).write(
             &args.out.folder,
             &part.name,
             format,
         )?);
         let maps = [("nominal", &map, &summary.nominal)];
-        written.extend(pictures::of_maps(&part, &maps, |picture| picture.write(&args.out.folder, &part.name, format))?);
+        written.extend(crate::run::pictures::of_maps(&part, &maps, |picture| {
+            picture.write(&args.out.folder, &part.name, format)
+        })?);
     }
     args.out.print.show(&summary, || part_table::tool_path(&summary))?;
-    args.out.print.note(&plot::wrote(&written));
+    args.out.print.note(&wrote(&written));
     for remark in &program.remarks {
         args.out.print.note(&format!("note: {remark}"));
     }
@@ -98,9 +101,4 @@ fn write_beside(document: &Document, part: &Part, folder: &Path) -> Result<Vec<P
     write_file(&file, text.as_bytes())?;
     written.push(file);
     Ok(written)
-}
-
-/// How a program of a part is read.
-pub(super) fn reading(part: &Part) -> Reading {
-    Reading { dialect: Some(part.dialect), ..Reading::default() }
 }

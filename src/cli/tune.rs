@@ -11,10 +11,10 @@ use crate::tuning::{
 };
 use clap::{Args, ValueEnum};
 
-use super::output::{OutputArgs, make_folder, significant};
+use super::interrupt::stop_flag;
+use super::output::{OutputArgs, make_folder, significant, wrote};
 use super::progress::SearchProgress;
-use super::run::stop_flag;
-use super::{CliError, Outcome, plot, tune_file, tune_table};
+use super::{CliError, Outcome, tune_file, tune_table};
 
 /// Arguments of `servosim tune`.
 #[derive(Debug, Args)]
@@ -146,7 +146,7 @@ pub(crate) fn run(args: &TuneArgs) -> Result<Outcome, CliError> {
     let mut written = vec![tuned_file?];
     let plots = plots.unwrap_or(Ok(Vec::new()));
     let plots = plots.map(|files| written.extend(files));
-    args.out.print.note(&plot::wrote(&written));
+    args.out.print.note(&wrote(&written));
     if !report.notes.is_empty() {
         // The table tells what the search did not see.
         let tuned = written.first().map_or(String::new(), |file| file.display().to_string());

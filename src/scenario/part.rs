@@ -10,7 +10,7 @@ use super::part_limits::PartLimits;
 use super::{Document, ScenarioError};
 use crate::limits::Limits;
 use crate::machining::{Blocks, Feeds, Machine};
-use crate::nc::Dialect;
+use crate::nc::{Dialect, Reading};
 use crate::servo::DriveModel;
 use crate::servo::compensation::CrossCouplingGains;
 use crate::toolpath::guide::Region;
@@ -52,6 +52,13 @@ pub struct Part {
     pub part_limits: PartLimits,
     /// The text that all this comes from, overrides applied.
     pub source: String,
+}
+
+impl Part {
+    /// How its program is read: in its own dialect.
+    pub fn reading(&self) -> Reading {
+        Reading { dialect: Some(self.dialect), ..Reading::default() }
+    }
 }
 
 impl fmt::Debug for Part {

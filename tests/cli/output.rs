@@ -23,7 +23,8 @@ fn entries(folder: &Path) -> Vec<String> {
 fn a_run_leaves_a_recording_and_four_plots() {
     let folder = Folder::new();
     folder.servosim("run alpha.toml").assert().success().stderr(contains("wrote output/alpha.mcap"));
-    let wanted = ["alpha-contour.svg", "alpha-feedrate.svg", "alpha-path.svg", "alpha-voltage.svg", "alpha.mcap"];
+    let plots = ["alpha-contour.svg", "alpha-feedrate.svg", "alpha-path.svg", "alpha-voltage.svg"];
+    let wanted = [&plots[..], &["alpha.layout.json", "alpha.mcap"]].concat();
     assert_eq!(entries(&folder.path("output")), wanted);
     let recording = Recording::open(folder.path("output/alpha.mcap")).unwrap();
     assert!(recording.complete && recording.samples == 1201);
@@ -41,7 +42,7 @@ fn a_search_has_a_plot_of_its_own_and_png_is_png() {
     let set = r#"feedrate.profile.exponential.n_c="optimize""#;
     folder.servosim(&format!("run alpha --output here/and/there --plots png --set {set}")).assert().success();
     let names = entries(&folder.path("here/and/there"));
-    assert_eq!(names.len(), 6, "{names:?}");
+    assert_eq!(names.len(), 7, "{names:?}");
     let mut head = [0; 8];
     fs::File::open(folder.path("here/and/there/alpha-search.png")).unwrap().read_exact(&mut head).unwrap();
     assert_eq!(&head, b"\x89PNG\r\n\x1a\n");
@@ -54,7 +55,7 @@ fn a_search_has_a_plot_of_its_own_and_png_is_png() {
 fn a_broken_limit_still_leaves_everything() {
     let folder = Folder::new();
     folder.servosim("run alpha --set limits.contour_error_um=20").assert().code(3).stdout(contains("BROKEN"));
-    assert_eq!(entries(&folder.path("output")).len(), 5);
+    assert_eq!(entries(&folder.path("output")).len(), 6);
     folder.servosim("run heart --set feedrate.feed_mm_s=400").assert().code(3).stdout(contains("axis y LOCKED UP"));
     let recording = Recording::open(folder.path("output/heart.mcap")).unwrap();
     assert!(recording.log.iter().any(|line| line.message.contains("locked up")), "{:?}", recording.log);
@@ -79,7 +80,7 @@ fn the_same_run_gives_the_same_bytes_on_any_number_of_cores() {
         folders.push("c");
     }
     let names = entries(&folder.path("a"));
-    assert_eq!(names.len(), 6);
+    assert_eq!(names.len(), 7);
     for other in folders {
         for name in &names {
             let (one, two) = (fs::read(folder.path("a").join(name)), fs::read(folder.path(other).join(name)));
@@ -135,7 +136,57 @@ fn a_second_run_replaces_the_first_and_says_so() {
     let folder = Folder::new();
     folder.servosim("run alpha --plots none").assert().success().stderr(contains("replaced").not());
     folder.servosim("run alpha --plots none --set axes.x.pdff.kpp=90").assert().stderr(contains("replaced"));
-    assert_eq!(entries(&folder.path("output")), ["alpha.mcap"]);
+    assert_eq!(entries(&folder.path("output")), ["alpha.layout.json", "alpha.mcap"]);
+}
+
+#[test]
+fn a_run_has_a_name_and_takes_away_plots_of_another() {
+    let folder = Folder::new();
+    folder
+        .servosim("run alpha --name before")
+        .assert()
+        .success()
+        .stderr(contains("wrote output/before.mcap, output/before.layout.json, output/before-path.svg"));
+    // The scenario keeps its own name, the recording and what is drawn from it have the other.
+    let recording = Recording::open(folder.path("output/before.mcap")).unwrap();
+    assert_eq!((recording.run["name"].as_str(), recording.summary().unwrap().scenario.as_str()), ("before", "alpha"));
+    folder.write("output/before-notes.svg", "mine");
+    folder.write("output/before-path.png", "of an earlier version");
+    // Other plots: none of the earlier run stay, and nothing else goes.
+    folder
+        .servosim("run alpha --name before --plots none --set axes.x.pdff.kpp=90")
+        .assert()
+        .stderr(contains("; 5 plots of an earlier run removed"));
+    assert_eq!(entries(&folder.path("output")), ["before-notes.svg", "before.layout.json", "before.mcap"]);
+    folder
+        .servosim("run alpha --plots none --output other --name a/b")
+        .assert()
+        .code(2)
+        .stderr(contains("`a/b` is no name for the files of a run"));
+}
+
+#[test]
+fn recordings_can_be_smaller() {
+    let folder = Folder::new();
+    folder.servosim("run alpha-real --plots none --name plain").assert().success();
+    folder.servosim("run alpha-real --plots none --name packed --compress lz4").assert().success();
+    folder.servosim("run alpha-real --name thin --compress lz4 --every 10").assert().success();
+    let [plain, packed, thin] = ["plain", "packed", "thin"]
+        .map(|name| fs::metadata(folder.path(&format!("output/{name}.mcap"))).unwrap().len());
+    assert!(packed * 10 < plain * 9 && thin * 2 < packed, "{plain} {packed} {thin}");
+    let csv = |name: &str| {
+        let csv = folder.servosim(&format!("inspect output/{name}.mcap --csv")).assert().success();
+        String::from_utf8(csv.get_output().stdout.clone()).unwrap()
+    };
+    assert_eq!(csv("plain"), csv("packed"));
+    assert_eq!(csv("thin").lines().count(), 1 + 121);
+    let summary = |name: &str| {
+        let summary = Recording::open(folder.path(&format!("output/{name}.mcap"))).unwrap().summary().unwrap();
+        Summary { recording: None, ..summary }
+    };
+    assert_eq!(summary("plain"), summary("thin"));
+    assert!(folder.path("output/thin-contour.svg").is_file());
+    folder.servosim("run alpha --every 0").assert().code(2).stderr(contains("--every"));
 }
 
 #[test]
@@ -236,7 +287,7 @@ fn an_interrupted_or_killed_run_leaves_what_it_recorded() {
         }
         // The next run is not in the way of what is left.
         folder.servosim("run alpha --plots none").assert().success();
-        assert_eq!(entries(&folder.path("output")), ["alpha.mcap"]);
+        assert_eq!(entries(&folder.path("output")), ["alpha.layout.json", "alpha.mcap"]);
     }
 }
 
@@ -307,12 +358,10 @@ fn inspect_exports_every_sample_and_minds_no_closed_pipe() {
 fn plots_that_cannot_be_written_cost_neither_figures_nor_recording() {
     let folder = Folder::new();
     folder.write("output/alpha-voltage.svg/in", "the way");
-    folder
-        .servosim("run alpha")
-        .assert()
-        .code(1)
-        .stdout(contains("max contouring error   27.027 µm"))
-        .stderr(contains("wrote output/alpha.mcap\n").and(contains("cannot write output/alpha-voltage.svg")));
+    folder.servosim("run alpha").assert().code(1).stdout(contains("max contouring error   27.027 µm")).stderr(
+        contains("wrote output/alpha.mcap and output/alpha.layout.json\n")
+            .and(contains("cannot write output/alpha-voltage.svg")),
+    );
 }
 
 #[test]

@@ -7,18 +7,13 @@ use crate::report::{DeviationPicture, DeviationSubplot, MoveKind, PathMove, Path
 use crate::scenario::{Part, ToolPathSummary};
 use crate::toolpath::plan::{Move, Stretch, ToolPath};
 
-use super::output::{short, significant};
+use crate::numbers::{short, significant};
 
 /// Points that every piece of a curve is drawn with; what cannot be seen of them is left out.
 const POINTS_A_SPAN: u32 = 16;
 
 /// A tool path: its rings in plan, and in three dimensions.
-pub(crate) fn of_path(
-    part: &Part,
-    path: &ToolPath,
-    inspection: &Inspection<'_>,
-    summary: &ToolPathSummary,
-) -> PathPicture {
+pub fn of_path(part: &Part, path: &ToolPath, inspection: &Inspection<'_>, summary: &ToolPathSummary) -> PathPicture {
     let mut moves = Vec::with_capacity(path.moves.len());
     let mut at: Option<[f64; 3]> = None;
     let curves = summary.curves > 0;
@@ -65,8 +60,11 @@ fn drawn(stretch: &Stretch, as_curve: bool) -> Vec<[f64; 3]> {
     at.chain([curve.domain().1]).map(|u| curve.point_mm(u).into()).collect()
 }
 
-/// Deviation maps side by side.
-pub(crate) fn of_maps(
+/// Deviation maps side by side: title, map and metrics of each.
+///
+/// # Errors
+/// Those of `write`.
+pub fn of_maps(
     part: &Part,
     maps: &[(&str, &DeviationMap, &PartMetrics)],
     write: impl FnOnce(&DeviationPicture<'_>) -> Result<Vec<PathBuf>, ReportError>,
