@@ -321,6 +321,7 @@ pub fn main() -> ExitCode {
             return ExitCode::from(u8::try_from(error.exit_code()).unwrap_or(2));
         }
     };
+    crate::run::prepare_threads();
     let outcome = match &cli.command {
         Command::Run(args) => run::run(args),
         Command::Tune(args) => tune::run(args),

@@ -66,7 +66,8 @@ pub(crate) struct Stages(Option<ProgressBar>);
 impl Stages {
     /// A line that is shown only if `enabled`.
     pub(crate) fn new(enabled: bool) -> Self {
-        Self(enabled.then(|| {
+        // What turns the spinner is a thread.
+        Self((enabled && crate::run::has_threads()).then(|| {
             let bar = ProgressBar::with_draw_target(None, ProgressDrawTarget::stderr());
             bar.enable_steady_tick(Duration::from_millis(200));
             match ProgressStyle::with_template("{spinner} {msg} ({elapsed})") {

@@ -32,6 +32,7 @@ mod program;
 mod recorded;
 mod request;
 mod scenario;
+mod threads;
 
 pub use error::RunError;
 pub use files::make_folder;
@@ -40,3 +41,4 @@ pub use program::{PartMaps, PartPair, Program, ProgramMetrics, ProgramReport, is
 pub use recorded::recorded;
 pub use request::{RunReport, RunRequest, Stage, Unwatched, Watch};
 pub use scenario::{recording_bytes, run_scenario};
+pub use threads::{has_threads, prepare_threads};

@@ -383,3 +383,44 @@ fn the_three_drives_of_a_program_are_recorded() {
     assert_eq!(Table::of(&folder, "part.mcap").names, names);
     folder.servosim("plot part.mcap --output plots").assert().success();
 }
+
+#[cfg(target_os = "linux")]
+#[test]
+fn without_threads_from_the_system_a_run_goes_on_on_one_core() {
+    use std::process::Command;
+    let folder = Folder::new();
+    folder.servosim("run alpha-real --plots none --quiet").assert().success();
+    // The limit does not bind root: somebody else runs it then.
+    let open = Command::new("chmod").args(["-R", "777"]).arg(folder.0.path()).status();
+    let id = Command::new("id").arg("-u").output().map(|output| output.stdout);
+    let is_root = id.is_ok_and(|id| id == b"0\n");
+    let limited = |command: &str| {
+        let script = format!("ulimit -u 1 && exec '{}' {command}", env!("CARGO_BIN_EXE_servosim"));
+        let mut process = if is_root {
+            let mut process = Command::new("setpriv");
+            process.args(["--reuid", "54321", "--clear-groups", "bash", "-c", &script]);
+            process
+        } else {
+            let mut process = Command::new("bash");
+            process.args(["-c", &script]);
+            process
+        };
+        process.current_dir(folder.0.path()).output()
+    };
+    // Without setpriv, or where that user may not run the program, there is nothing to be seen.
+    let can = limited("--version").is_ok_and(|output| output.status.success());
+    if !open.is_ok_and(|status| status.success()) || !can {
+        eprintln!("skipped: no way to run as a user whom the limit binds");
+        return;
+    }
+    let sweep = "sweep alpha --vary axes.x.pdff.kpp=60:140:5 --plots none --output one";
+    for command in
+        ["run alpha-real --plots none --output one", "compare alpha-real --plots none", sweep, "test alpha heart"]
+    {
+        let output = limited(command).unwrap();
+        let stderr = String::from_utf8_lossy(&output.stderr);
+        assert!(output.status.success() && !stderr.contains("panicked"), "{command}: {:?} {stderr}", output.status);
+    }
+    let [one, many] = ["one", "output"].map(|name| fs::read(folder.path(name).join("alpha-real.mcap")).unwrap());
+    assert!(one == many, "the same bytes on one core");
+}
