@@ -17,6 +17,7 @@ mod plot;
 mod program;
 mod progress;
 mod run;
+mod running;
 mod schema;
 mod stepover;
 mod sweep;
@@ -79,7 +80,7 @@ struct Cli {
 #[derive(Debug, Subcommand)]
 enum Command {
     /// Run a scenario or an NC program
-    Run(run::RunArgs),
+    Run(running::RunArgs),
     /// Search gains with a smaller contouring error that keep stability margin
     Tune(tune::TuneArgs),
     /// Compare variants of a scenario: effects one by one, controllers, sets of gains

@@ -11,7 +11,7 @@ use serde::Serialize;
 use super::interrupt::stop_flag;
 use super::output::{note, printable, significant};
 use super::part_table;
-use super::run::{RunArgs, Shown, finish};
+use super::running::{RunArgs, Shown, finish};
 use super::table::{self, limit_lines, section};
 use super::{CliError, Outcome};
 

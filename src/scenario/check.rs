@@ -4,15 +4,14 @@ use std::ops::Range;
 
 use toml::Spanned;
 
-use super::check_feed::{axis_limited, overridden};
-use super::diagnostics::Diagnostic;
+use super::check_feed::{Planned, axis_limited, of_feedrate, overridden};
+use super::diagnostics::{Diagnostic, Problems};
 use super::file::{RawAxis, RawControl, RawDerivative, RawExponent, RawFeedrate, RawPlant, RawProfile, RawScenario};
 use super::number_table::{NumberTable, out_of_range};
 use super::part::Folder;
 use super::{FeedProfile, Scenario, check_drive, check_learned, check_path};
-use crate::feedrate::{FeedrateError, Motion, Profile, optimize_n_c};
+use crate::feedrate::{Motion, Profile, optimize_n_c};
 use crate::limits::Limits;
-use crate::optimize::Outcome;
 use crate::parameters::{OutOfRange, Parameters};
 use crate::path::Path;
 use crate::servo::{AxisParameters, Derivative, Drive, LoopSettings, Mechanics, Pdff, Plant};
@@ -26,8 +25,6 @@ const MOST_NAME: (usize, usize) = (100, 200);
 
 /// Length of the path that a feedrate is tried on while the real path is not known \[mm\].
 const ANY_LENGTH_MM: f64 = 1000.0;
-
-pub(super) type Problems = Vec<Diagnostic>;
 
 /// The checked scenario, or all its problems. `default_name` is its name where the file gives none.
 pub(super) fn scenario(
@@ -141,24 +138,6 @@ pub(super) fn name(raw: Option<&Spanned<String>>, default_name: &str, problems: 
     }
     name.clone()
 }
-
-pub(super) fn of_feedrate(error: &FeedrateError, span: Range<usize>) -> Diagnostic {
-    let help = match error {
-        FeedrateError::OutOfRange(error) => return out_of_range("", error, span, ""),
-        FeedrateError::OverrideOrder { .. } => "put the changes of the override in the order of their at_s",
-        FeedrateError::HeldForEver { .. } => "end the hold with a later [[feedrate.override]] that has percent = 100",
-        FeedrateError::NotMonotone { .. } => {
-            "lower n_c, shorten phase_s or raise feed_mm_s; or use [feedrate.profile.quintic]"
-        }
-        FeedrateError::BadShape { .. } | FeedrateError::Corner { .. } => {
-            "limits of the axes need a path that is smooth up to its curvature; [feedrate.profile.jerk_limited] runs along any"
-        }
-    };
-    Diagnostic::new(error.to_string()).at(span).help(help)
-}
-
-/// Motion, profile, and the search for its exponent.
-pub(super) type Planned = (Motion, FeedProfile, Option<Outcome>);
 
 fn feedrate(raw: &RawFeedrate, length_mm: f64, path: Option<&dyn Path<2>>, problems: &mut Problems) -> Option<Planned> {
     let before = problems.len();

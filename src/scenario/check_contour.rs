@@ -5,9 +5,9 @@ use std::ops::Range;
 use nalgebra::Vector2;
 use toml::Spanned;
 
-use super::check::Problems;
 use super::check_surface::nurbs_curve;
 use super::diagnostics::Diagnostic;
+use super::diagnostics::Problems;
 use super::number_table::out_of_range;
 use super::part_file::{RawContour, RawPiece};
 use crate::parameters::OutOfRange;

@@ -4,8 +4,8 @@ use std::ops::Range;
 
 use toml::Spanned;
 
-use super::check::Problems;
 use super::diagnostics::Diagnostic;
+use super::diagnostics::Problems;
 use super::drive_file::{
     RawCompensation, RawController, RawEffects, RawForce, RawFriction, RawPitch, RawPlace, RawVelocity,
 };

@@ -1,13 +1,15 @@
 //! Feeds under limits of the axes, and feed overrides.
 
+use std::ops::Range;
+
 use super::FeedProfile;
-use super::check::{Planned, Problems, of_feedrate};
-use super::diagnostics::Diagnostic;
+use super::diagnostics::{Diagnostic, Problems};
 use super::file::{RawAxisLimited, RawFeedrate};
 use super::number_table::out_of_range;
 use crate::feedrate::{
     AT, AxisLimits, FeedOverride, FeedrateError, MAX_OVERRIDE_STEPS, Motion, OF_EACH_AXIS, OverrideStep, TRANSITION,
 };
+use crate::optimize::Outcome;
 use crate::parameters::OutOfRange;
 use crate::path::Path;
 
@@ -103,3 +105,21 @@ pub(super) fn overridden(
     }
     None
 }
+
+pub(super) fn of_feedrate(error: &FeedrateError, span: Range<usize>) -> Diagnostic {
+    let help = match error {
+        FeedrateError::OutOfRange(error) => return out_of_range("", error, span, ""),
+        FeedrateError::OverrideOrder { .. } => "put the changes of the override in the order of their at_s",
+        FeedrateError::HeldForEver { .. } => "end the hold with a later [[feedrate.override]] that has percent = 100",
+        FeedrateError::NotMonotone { .. } => {
+            "lower n_c, shorten phase_s or raise feed_mm_s; or use [feedrate.profile.quintic]"
+        }
+        FeedrateError::BadShape { .. } | FeedrateError::Corner { .. } => {
+            "limits of the axes need a path that is smooth up to its curvature; [feedrate.profile.jerk_limited] runs along any"
+        }
+    };
+    Diagnostic::new(error.to_string()).at(span).help(help)
+}
+
+/// Motion, profile, and the search for its exponent.
+pub(super) type Planned = (Motion, FeedProfile, Option<Outcome>);

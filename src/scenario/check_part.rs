@@ -6,7 +6,8 @@ use std::sync::Arc;
 
 use toml::Spanned;
 
-use super::check::{self, Problems};
+use super::check;
+use super::diagnostics::Problems;
 use super::diagnostics::{Diagnostic, brief};
 use super::number_table::{NumberTable, number, out_of_range};
 use super::part::{Folder, Part};

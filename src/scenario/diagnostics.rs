@@ -11,6 +11,9 @@ pub(super) use crate::diagnostics::brief;
 /// Most problems that are shown; the rest is counted.
 const MOST_SHOWN: usize = 20;
 
+/// Everything that is wrong, in the order in which it is found.
+pub(super) type Problems = Vec<Diagnostic>;
+
 /// A scenario that cannot be used, with everything that is wrong with it.
 ///
 /// [`fmt::Display`] gives what the command line prints, without colour; [`ScenarioError::render`] gives it with colour.

@@ -6,8 +6,9 @@ use nalgebra::Vector2;
 use serde::{Deserialize, Serialize};
 use sha2::{Digest, Sha256};
 
+use super::cache::ScenarioCache;
 use super::error::SweepError;
-use super::evaluate::{Metric, ScenarioCache};
+use super::metric::Metric;
 use super::sampling::Sampling;
 use super::variable::{AxisValue, Value, Values, Variable, axis_value};
 use super::{MAX_POINTS, MAX_VARIABLES, sobol};

@@ -9,8 +9,8 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use super::chart::SweepPicture;
 use super::definition::Sweep;
 use super::error::SweepError;
-use super::evaluate::{Metric, Status};
 use super::journal::Journal;
+use super::metric::{Metric, Status};
 use super::outcome::{Outcome, Tally};
 #[cfg(feature = "parquet")]
 use super::parquet_table::ParquetTable;

@@ -24,7 +24,7 @@ use sha2::{Digest, Sha256};
 
 use super::definition::Definition;
 use super::error::SweepError;
-use super::evaluate::{Rows, Status};
+use super::metric::{Rows, Status};
 
 pub(super) const MAGIC: &[u8; 17] = b"servosim sweep 1\n";
 

@@ -18,12 +18,15 @@
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 
+mod cache;
 mod chart;
 mod definition;
 mod error;
 mod evaluate;
 mod export;
+mod hash;
 mod journal;
+mod metric;
 mod outcome;
 #[cfg(feature = "parquet")]
 mod parquet_table;
@@ -37,9 +40,9 @@ mod variable;
 pub use chart::{SweepAxis, SweepCell, SweepPicture, SweepPlot};
 pub use definition::{Definition, Method, Plan, Sweep};
 pub use error::SweepError;
-pub use evaluate::{Metric, Rows, Status};
 pub use export::{Exported, export};
 pub use journal::{Journal, Shard};
+pub use metric::{Metric, Rows, Status};
 pub use outcome::{Best, Outcome, PERCENTILES};
 pub use session::{Session, Start};
 pub use shards::merge;

@@ -3,7 +3,7 @@
 use serde::Serialize;
 
 use super::definition::{Method, Sweep};
-use super::evaluate::{Metric, Status};
+use super::metric::{Metric, Status};
 use super::variable::Value;
 
 /// The percentiles of [`Outcome::percentiles`].

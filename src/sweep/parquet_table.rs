@@ -13,7 +13,7 @@ use parquet::file::writer::SerializedFileWriter;
 use parquet::schema::types::Type;
 
 use super::definition::Sweep;
-use super::evaluate::Status;
+use super::metric::Status;
 use super::variable::{Value, plain};
 
 /// Rows of a row group.

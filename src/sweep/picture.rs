@@ -2,7 +2,7 @@
 
 use super::chart::{SweepAxis, SweepCell, SweepPicture, SweepPlot};
 use super::definition::{Method, Sweep};
-use super::evaluate::{Metric, Status};
+use super::metric::{Metric, Status};
 use super::outcome::{Outcome, PERCENTILES};
 use super::variable::Value;
 

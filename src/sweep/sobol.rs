@@ -5,7 +5,7 @@
 //! (t,s)-sequences" (1995): every binary digit is flipped or not by a bit that depends on the digits before it, which
 //! keeps the net and makes each point uniform. The bit is a hash of seed, dimension and digits, so that a point needs no state.
 
-use super::sampling::mix;
+use super::hash::mix;
 
 /// Most variables of a Sobol sweep.
 pub(super) const MAX_DIMENSIONS: usize = 21;
