@@ -8,13 +8,13 @@ use serde::de::DeserializeOwned;
 use toml::de::DeTable;
 use toml_edit::DocumentMut;
 
-use super::diagnostics::{Diagnostic, ScenarioError, brief, nearest};
+use super::diagnostics::{Diagnostic, Problems, ScenarioError, brief, nearest};
 use super::document_kind::{self, DocumentKind};
 use super::file::RawScenario;
 use super::overrides::{self, Override};
 use super::part::{Folder, Part};
 use super::part_file::RawPart;
-use super::{Scenario, check, check_part, keys, size_limits, toml_errors};
+use super::{Scenario, check, check_part, keys, repair, size_limits, toml_errors};
 
 /// Names of the built-in scenarios.
 pub fn builtin_names() -> impl Iterator<Item = &'static str> {
@@ -215,8 +215,8 @@ impl Document {
     /// Checks everything.
     ///
     /// # Errors
-    /// The text is not TOML, has a key that a scenario does not have or lacks one (the first such place), or has values out
-    /// of range (all of them).
+    /// The text is not TOML (the first such place), has keys that a scenario does not have or lacks some, or has values of a wrong type or
+    /// out of range: all of them, in the order of the file.
     pub fn scenario(&self) -> Result<Scenario, ScenarioError> {
         if self.text.trim().is_empty() {
             let problem = Diagnostic::new("the scenario is empty")
@@ -228,13 +228,13 @@ impl Document {
                 .help("`servosim toolpath FILE` makes its tool path and its NC program");
             return Err(self.error(vec![problem]));
         }
-        let raw: RawScenario = self.raw().map_err(|problem| self.error(vec![problem]))?;
+        let (raw, problems) = self.raw::<RawScenario>()?;
         let folder = match self.folder() {
             // One of the program's own is seen from where the program was started.
             Folder::BuiltIn => Folder::At(PathBuf::new()),
             folder @ Folder::At(_) => folder,
         };
-        check::scenario(&raw, &self.default_name, &self.text, &folder).map_err(|problems| self.error(problems))
+        self.checked(problems, check::scenario(&raw, &self.default_name, &self.text, &folder))
     }
 
     /// Checks everything of a part.
@@ -247,8 +247,8 @@ impl Document {
                 .help("add a table [surface.nurbs] or [surface.mesh]; `servosim run FILE` runs a scenario");
             return Err(self.error(vec![problem]));
         }
-        let raw: RawPart = self.raw().map_err(|problem| self.error(vec![problem]))?;
-        check_part::part(&raw, &self.default_name, &self.text, &self.folder()).map_err(|problems| self.error(problems))
+        let (raw, problems) = self.raw::<RawPart>()?;
+        self.checked(problems, check_part::part(&raw, &self.default_name, &self.text, &self.folder()))
     }
 
     /// The text of a part, overrides applied, as it can stand in another folder: with a name of its own, and its mesh (if it has
@@ -303,13 +303,26 @@ impl Document {
         DeTable::parse(&self.text).map_err(|error| toml_errors::syntax(&error, &self.text))
     }
 
-    fn raw<T: DeserializeOwned>(&self) -> Result<T, Diagnostic> {
-        let (form, table) = (self.form(), self.parse()?);
+    /// The values as written, and what is wrong with the keys and types beside them.
+    fn raw<T: DeserializeOwned>(&self) -> Result<(T, Problems), ScenarioError> {
+        let one = |problem| self.error(vec![problem]);
+        let (form, table) = (self.form(), self.parse().map_err(one)?);
         if let Some(problem) = toml_errors::array_for_table(form, table.get_ref()) {
-            return Err(problem);
+            return Err(one(problem));
         }
-        T::deserialize(toml::Deserializer::from(table))
-            .map_err(|error| toml_errors::structure(form, &error, &self.text))
+        match repair::read(form, table, &self.text, form.built_in.first().map_or("", |(_, text)| text)) {
+            Ok(raw) => Ok((raw, Vec::new())),
+            Err((problems, Some(raw))) => Ok((raw, problems)),
+            Err((problems, None)) => Err(self.error(repair::in_order(problems))),
+        }
+    }
+
+    /// The checked values, if there was nothing wrong before either.
+    fn checked<T>(&self, problems: Problems, checked: Result<T, Problems>) -> Result<T, ScenarioError> {
+        match checked {
+            Ok(checked) if problems.is_empty() => Ok(checked),
+            checked => Err(self.error(repair::joined(problems, checked.err().unwrap_or_default()))),
+        }
     }
 
     fn error(&self, mut problems: Vec<Diagnostic>) -> ScenarioError {

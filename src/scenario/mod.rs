@@ -61,6 +61,7 @@ mod part_file;
 mod part_limits;
 mod part_program;
 mod registry;
+mod repair;
 mod schema;
 mod size_limits;
 mod toml_errors;

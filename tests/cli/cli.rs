@@ -491,3 +491,45 @@ fn colour_is_for_terminals_only() {
     folder.servosim("run nothing").env("CLICOLOR_FORCE", "1").assert().stderr(contains('\u{1b}'));
     folder.servosim("run nothing").env("CLICOLOR_FORCE", "1").env("NO_COLOR", "1").assert().stderr(contains("error"));
 }
+
+#[test]
+fn check_tells_all_mistakes_in_the_order_of_the_file() {
+    let folder = Folder::new();
+    let alpha = fs::read_to_string(concat!(env!("CARGO_MANIFEST_DIR"), "/scenarios/alpha.toml")).unwrap();
+    let mut text = String::new();
+    // An unknown key, a value of the wrong type, one that is missing, one out of its range, an unknown table, a word that is none.
+    for line in alpha.lines() {
+        let axis = |prefix: &str| line.trim_start().starts_with(prefix);
+        match () {
+            () if axis("feed_mm_s") => text.push_str("fed_mm_s = 100\nfeed_mm_s = -3\n"),
+            () if axis("phase_s") => text.push_str("phase_s = \"0.1\"\n"),
+            () if axis("kvf") && !text.contains("kfv") => text.push_str("kfv = 1\n"),
+            () => {
+                text.push_str(line);
+                text.push('\n');
+            }
+        }
+    }
+    text.push_str("\n[controll]\nperiod_s = 0.001\n");
+    folder.write("wrong.toml", &text);
+    for command in ["check wrong.toml", "run wrong.toml", "analyze wrong.toml"] {
+        let output = folder.servosim(command).assert().code(2);
+        let told = String::from_utf8(output.get_output().stderr.clone()).unwrap();
+        let wanted = [
+            "unknown key `fed_mm_s`",
+            "feed_mm_s",
+            "phase_s",
+            "`kvf` is missing",
+            "unknown key `kfv`",
+            "unknown key `controll`",
+        ];
+        let mut at = 0;
+        for text in wanted {
+            at += told[at..].find(text).unwrap_or_else(|| panic!("{command}: no `{text}` behind {at} in\n{told}"));
+        }
+        assert_eq!(told.matches("error:").count(), wanted.len(), "{told}");
+        // Each with its line.
+        assert_eq!(told.matches("wrong.toml:").count(), wanted.len(), "{told}");
+    }
+    assert!(!folder.path("output").exists());
+}
