@@ -20,6 +20,7 @@ mod run;
 mod running;
 mod schema;
 mod stepover;
+mod suggest;
 mod sweep;
 mod table;
 mod test;
@@ -317,6 +318,7 @@ pub fn main() -> ExitCode {
     let cli = match Cli::try_parse() {
         Ok(cli) => cli,
         Err(error) => {
+            let error = suggest::subcommand(error);
             // Help and version come this way too; a reader that has gone away is no failure.
             let _ = error.print();
             return ExitCode::from(u8::try_from(error.exit_code()).unwrap_or(2));

@@ -4,7 +4,7 @@ use std::fs::{self, OpenOptions};
 use std::io::{self, Write};
 use std::path::{Path, PathBuf};
 
-use crate::scenario::Document;
+use crate::scenario::{Document, json_schema, part_json_schema};
 use crate::whole_file;
 use clap::Args;
 
@@ -21,7 +21,7 @@ const PART: &str = "patch";
 #[derive(Debug, Args)]
 #[command(after_help = "\
 Examples:
-  servosim new bracket        writes bracket.toml
+  servosim new bracket        writes bracket.toml, and servosim.schema.json for editors
   servosim new lid --part     writes lid.toml, a part to be machined")]
 pub(crate) struct NewArgs {
     /// Name of the scenario; the file is NAME.toml
@@ -45,9 +45,15 @@ pub(crate) fn run(args: &NewArgs) -> Result<Outcome, CliError> {
     } else {
         (STARTER.replace("{file}", &in_comment), "run")
     };
+    let (schema_name, schema): (_, fn() -> serde_json::Value) =
+        if args.part { ("servosim.part.schema.json", part_json_schema) } else { ("servosim.schema.json", json_schema) };
+    // What editors with a TOML language server (taplo, Even Better TOML) complete and check keys with.
+    let text = format!("#:schema ./{schema_name}\n{text}");
     match write(&path, &text, args.force) {
         Ok(()) => {
-            print(&format!("wrote {shown}; next: servosim {command} {argument}\n"))?;
+            let beside = path.with_file_name(schema_name);
+            let written = if beside.exists() { String::new() } else { write_schema(&beside, schema)? };
+            print(&format!("wrote {shown}{written}; next: servosim {command} {argument}\n"))?;
             Ok(Outcome::Fine)
         }
         Err(error) if error.kind() == io::ErrorKind::AlreadyExists => Err(CliError::Usage(format!(
@@ -58,6 +64,13 @@ pub(crate) fn run(args: &NewArgs) -> Result<Outcome, CliError> {
         }
         Err(source) => Err(CliError::Write { path, source }),
     }
+}
+
+/// Writes the schema beside the file, and says so. One that is there is left as it is.
+fn write_schema(path: &Path, schema: fn() -> serde_json::Value) -> Result<String, CliError> {
+    whole_file::write(path, format!("{:#}\n", schema()).as_bytes())
+        .map_err(|source| CliError::Write { path: path.to_owned(), source })?;
+    Ok(format!(" and {}, which editors read", printable(&path.display().to_string())))
 }
 
 /// The built-in part, its name and file replaced where the text says what to type.

@@ -348,7 +348,33 @@ fn new_prints_a_command_that_a_shell_takes_and_replaces_all_or_nothing() {
     folder.servosim("new folder --force").assert().code(1).stderr(contains("cannot write folder.toml"));
     folder.servosim("new müll --force").assert().success();
     let left: Vec<_> = fs::read_dir(folder.0.path()).unwrap().map(|entry| entry.unwrap().file_name()).collect();
-    assert_eq!(left.len(), 5, "{left:?}");
+    assert_eq!(left.len(), 6, "{left:?}");
+}
+
+#[test]
+fn new_names_a_schema_that_editors_find() {
+    let folder = Folder::new();
+    folder.servosim("new bracket").assert().success().stdout(contains("and servosim.schema.json, which editors read"));
+    folder.servosim("new other").assert().success().stdout(contains("wrote other.toml; next"));
+    folder.servosim("new lid --part").assert().success().stdout(contains("and servosim.part.schema.json"));
+    for (name, schema, command) in
+        [("bracket", "servosim.schema.json", "schema"), ("lid", "servosim.part.schema.json", "schema --part")]
+    {
+        let text = fs::read_to_string(folder.path(&format!("{name}.toml"))).unwrap();
+        assert!(text.starts_with(&format!("#:schema ./{schema}\n")), "{text}");
+        let printed = folder.servosim(command).assert().success().get_output().stdout.clone();
+        assert!(fs::read(folder.path(schema)).unwrap() == printed, "{schema}");
+    }
+    folder.servosim("check bracket.toml other.toml lid.toml").assert().success();
+}
+
+#[test]
+fn an_unknown_command_is_answered_with_the_one_that_was_meant() {
+    let folder = Folder::new();
+    for (given, meant) in [("analyse", "analyze"), ("simulate", "run"), ("tuning", "tune")] {
+        folder.servosim(&format!("{given} alpha")).assert().code(2).stderr(contains(format!("'{meant}'")));
+    }
+    folder.servosim("frobnicate").assert().code(2).stderr(contains("similar").not());
 }
 
 #[test]

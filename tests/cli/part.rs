@@ -364,7 +364,11 @@ fn the_step_over_formulas_stand_beside_each_other() {
 fn a_part_is_started_and_checked_like_a_scenario() {
     let folder = tempfile::tempdir().unwrap();
     let (code, out, err) = stdout(servosim(folder.path()).args(["new", "lid", "--part"]));
-    assert_eq!((code, out.as_str()), (0, "wrote lid.toml; next: servosim toolpath lid.toml\n"), "{err}");
+    assert_eq!(
+        (code, out.as_str()),
+        (0, "wrote lid.toml and servosim.part.schema.json, which editors read; next: servosim toolpath lid.toml\n"),
+        "{err}"
+    );
     let text = fs::read_to_string(folder.path().join("lid.toml")).unwrap();
     assert!(text.contains("servosim run output/lid.nc") && !text.contains("patch"), "{text}");
     let mut command = servosim(folder.path());
